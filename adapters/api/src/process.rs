@@ -1,0 +1,286 @@
+//! Runs a renderer: its own process group, a watchdog, the end of what it says.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use process_wrap::std::{CommandWrap, ProcessGroup};
+
+use crate::adapter::{AdapterError, RunContext};
+
+/// How much of a program's output is kept for the message when it fails.
+const TAIL_BYTES: usize = 4096;
+
+/// Between two looks at whether a process has ended. POV-Ray itself polls every
+/// 50 ms; a hundredth of that would be lost in its noise.
+const POLL: Duration = Duration::from_millis(4);
+
+/// Finds a program: by the environment variable `variable` where it is set,
+/// else by `name` on the path.
+///
+/// # Errors
+/// [`AdapterError::Missing`] with `install` as the way out.
+pub fn find_program(variable: &str, name: &str, install: &str) -> Result<PathBuf, AdapterError> {
+    let stated = std::env::var_os(variable).filter(|value| !value.is_empty());
+    let wanted = stated.unwrap_or_else(|| name.into());
+    which::which(&wanted).map_err(|_| AdapterError::Missing {
+        program: wanted.to_string_lossy().into_owned(),
+        install: install.to_owned(),
+    })
+}
+
+/// One run of a program.
+#[derive(Clone, Debug)]
+pub struct ProcessCall<'a> {
+    /// The program.
+    pub program: &'a Path,
+    /// Its arguments.
+    pub args: Vec<String>,
+    /// The folder that it runs in.
+    pub folder: &'a Path,
+    /// What it is to do, for messages: `frames 0 to 24, colour`.
+    pub doing: String,
+    /// Where all that it prints is kept, if anywhere.
+    pub log: Option<PathBuf>,
+}
+
+/// How a program ended.
+#[derive(Clone, Debug)]
+pub struct Ended {
+    /// Its exit status.
+    pub status: ExitStatus,
+    /// The end of what it printed on stderr.
+    pub stderr: String,
+}
+
+impl ProcessCall<'_> {
+    /// Runs the program to its end and returns how it ended, good or bad. When
+    /// this returns, no process of its group is left.
+    ///
+    /// # Errors
+    /// [`AdapterError::Start`], [`AdapterError::TimedOut`],
+    /// [`AdapterError::Cancelled`].
+    pub fn run(&self, run: &RunContext) -> Result<Ended, AdapterError> {
+        let name = self.program_name();
+        tracing::debug!(program = %name, args = ?self.args, folder = %self.folder.display());
+        let mut command = Command::new(self.program);
+        command
+            .args(&self.args)
+            .current_dir(self.folder)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        let mut wrapped = CommandWrap::from(command);
+        wrapped.wrap(ProcessGroup::leader());
+        let mut child = wrapped.spawn().map_err(|source| AdapterError::Start {
+            program: self.program.display().to_string(),
+            source,
+        })?;
+        let pipe = child.stderr().take();
+        let reader = thread::spawn(move || pipe.map(drain).unwrap_or_default());
+
+        let started = Instant::now();
+        let verdict = loop {
+            match child.try_wait() {
+                Ok(Some(status)) => break Ok(status),
+                Ok(None) => {}
+                Err(source) => {
+                    break Err(AdapterError::Start {
+                        program: name.clone(),
+                        source,
+                    });
+                }
+            }
+            if run.is_cancelled() {
+                break Err(AdapterError::Cancelled);
+            }
+            if started.elapsed() > run.timeout {
+                break Err(AdapterError::TimedOut {
+                    program: name.clone(),
+                    doing: self.doing.clone(),
+                    limit: run.timeout,
+                    stderr: String::new(),
+                });
+            }
+            thread::sleep(POLL);
+        };
+        // The group goes even where its leader ended by itself: what it started
+        // must not outlive it, and would keep the pipe open. That nobody is
+        // left to be killed is the usual case, not an error.
+        let _ = child.start_kill();
+        let _ = child.wait();
+        let text = reader.join().unwrap_or_default();
+        if let Some(log) = &self.log {
+            let written = std::fs::File::create(log).and_then(|mut file| file.write_all(&text));
+            written.map_err(AdapterError::io(log))?;
+        }
+        let stderr = tail(&text);
+        match verdict {
+            Ok(status) => Ok(Ended { status, stderr }),
+            Err(AdapterError::TimedOut {
+                program,
+                doing,
+                limit,
+                ..
+            }) => Err(AdapterError::TimedOut {
+                program,
+                doing,
+                limit,
+                stderr,
+            }),
+            Err(other) => Err(other),
+        }
+    }
+
+    /// Runs the program; a bad end is an error.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run), and [`AdapterError::Failed`].
+    pub fn run_well(&self, run: &RunContext) -> Result<Ended, AdapterError> {
+        let ended = self.run(run)?;
+        if ended.status.success() {
+            return Ok(ended);
+        }
+        Err(AdapterError::Failed {
+            program: self.program_name(),
+            status: ended.status.to_string(),
+            doing: self.doing.clone(),
+            stderr: ended.stderr,
+        })
+    }
+
+    fn program_name(&self) -> String {
+        let name = self.program.file_name().unwrap_or(self.program.as_os_str());
+        name.to_string_lossy().into_owned()
+    }
+}
+
+/// Reads to the end. Only the last part is of interest, but a pipe that nobody
+/// empties stops the program.
+fn drain(mut pipe: impl Read) -> Vec<u8> {
+    const KEPT: usize = 1 << 20;
+    let mut kept = Vec::new();
+    let mut buffer = [0_u8; 8192];
+    while let Ok(n) = pipe.read(&mut buffer) {
+        if n == 0 {
+            break;
+        }
+        kept.extend_from_slice(&buffer[..n]);
+        if kept.len() > 2 * KEPT {
+            kept.drain(..kept.len() - KEPT);
+        }
+    }
+    kept
+}
+
+fn tail(text: &[u8]) -> String {
+    let from = text.len().saturating_sub(TAIL_BYTES);
+    let text = String::from_utf8_lossy(&text[from..]);
+    let lines: Vec<&str> = text
+        .lines()
+        .map(str::trim_end)
+        .filter(|l| !l.is_empty())
+        .collect();
+    lines[lines.len().saturating_sub(12)..].join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::Ordering;
+
+    fn shell<'a>(script: &str, folder: &'a Path) -> ProcessCall<'a> {
+        ProcessCall {
+            program: Path::new("/bin/sh"),
+            args: vec!["-c".into(), script.into()],
+            folder,
+            doing: "a test".into(),
+            log: None,
+        }
+    }
+
+    fn is_alive(pid: &str) -> bool {
+        // A zombie that nobody has waited for yet still has a folder.
+        std::fs::read_to_string(format!("/proc/{}/stat", pid.trim()))
+            .is_ok_and(|stat| !stat.contains(") Z"))
+    }
+
+    #[test]
+    fn a_failure_shows_the_status_and_the_last_words() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = shell("echo one >&2; echo last words >&2; exit 3", folder.path())
+            .run_well(&RunContext::new(folder.path()))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("exit status: 3"), "{error}");
+        assert!(error.contains("last words"), "{error}");
+    }
+
+    #[test]
+    fn a_killed_program_is_a_failure() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = shell("kill -9 $$", folder.path())
+            .run_well(&RunContext::new(folder.path()))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("signal: 9"), "{error}");
+    }
+
+    #[test]
+    fn the_watchdog_kills_the_whole_group() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut run = RunContext::new(folder.path());
+        run.timeout = Duration::from_millis(300);
+        let script = "sleep 600 & echo $! > child; echo waiting >&2; wait";
+        let error = shell(script, folder.path()).run_well(&run).unwrap_err();
+        assert!(matches!(&error, AdapterError::TimedOut { stderr, .. } if stderr == "waiting"));
+        let pid = std::fs::read_to_string(folder.path().join("child")).unwrap();
+        assert!(!is_alive(&pid), "process {pid} is still there");
+    }
+
+    #[test]
+    fn what_a_program_leaves_behind_is_killed_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunContext::new(folder.path());
+        let started = Instant::now();
+        shell("sleep 600 & echo $! > child", folder.path())
+            .run_well(&run)
+            .unwrap();
+        assert!(
+            started.elapsed() < Duration::from_secs(60),
+            "it waited for the pipe"
+        );
+        let pid = std::fs::read_to_string(folder.path().join("child")).unwrap();
+        // The orphan was killed, not awaited: give the kernel a moment.
+        for _ in 0..100 {
+            if !is_alive(&pid) {
+                return;
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+        panic!("process {pid} is still there");
+    }
+
+    #[test]
+    fn stopping_stops() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunContext::new(folder.path());
+        run.cancel.store(true, Ordering::Relaxed);
+        let error = shell("sleep 600", folder.path()).run(&run).unwrap_err();
+        assert!(matches!(error, AdapterError::Cancelled));
+    }
+
+    #[test]
+    fn a_missing_program_says_what_to_install() {
+        let error = find_program(
+            "DECOR_NO_SUCH_VARIABLE",
+            "no-such-renderer",
+            "install it with x",
+        )
+        .unwrap_err()
+        .to_string();
+        assert_eq!(error, "no-such-renderer was not found; install it with x");
+    }
+}

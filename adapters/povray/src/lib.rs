@@ -1,0 +1,1 @@
+//! decor's adapter for POV-Ray.

@@ -1,0 +1,1 @@
+//! decor's in-process ray caster.

@@ -1,0 +1,1 @@
+//! The film model, its formats, its validation.

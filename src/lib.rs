@@ -1,0 +1,4 @@
+//! decor renders animations faster, with the renderer people already have.
+
+pub mod film;
+pub mod objects;

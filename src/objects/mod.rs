@@ -1,0 +1,1 @@
+//! Object descriptions: from a path to a prototype.
