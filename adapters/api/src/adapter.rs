@@ -62,6 +62,9 @@ pub struct LayerRequest<'a> {
     pub antialias: Option<Antialias>,
     /// The frames, in order.
     pub shots: Vec<LayerShot>,
+    /// Where the shots are consecutive whole frames of a film from this first to
+    /// this last frame: a scene's own clock then runs as in a plain render.
+    pub film: Option<(u32, u32)>,
     /// A short name for kept files, for example `decor-0000`.
     pub label: String,
 }

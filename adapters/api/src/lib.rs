@@ -23,6 +23,7 @@ pub mod adapter;
 pub mod bounds;
 pub mod camera;
 pub mod csg;
+pub mod csg_bounds;
 pub mod layer;
 pub mod material;
 pub mod mesh;

@@ -1,1 +1,282 @@
-//! decor's adapter for POV-Ray.
+//! decor's adapter for POV-Ray 3.7 and 3.8.
+//!
+//! From request to layers:
+//!
+//! ```text
+//! request → scene_text (solid, light, camera, isolate, depth)
+//!         → call (folder, switches, process) → state | picture → layers
+//! ```
+//!
+//! POV-Ray has no depth output ([`depth`] makes one), reads any text inside a
+//! fragment ([`survey`] looks at it, [`isolate`] keeps its names to itself), and
+//! sleeps for most of a short call: many frames go into one.
+//!
+//! Developed and tested with 3.7.0.10. Version 3.8 is called the same way but
+//! its state file is not relied on; it is untested.
+
+mod call;
+pub mod camera;
+pub mod depth;
+pub mod encode;
+mod health;
+mod inspect;
+mod isolate;
+mod light;
+mod number;
+mod picture;
+mod scene_text;
+mod solid;
+mod sources;
+pub mod state;
+mod survey;
+mod tokens;
+
+use std::path::{Path, PathBuf};
+
+use decor_api::process::{ProcessCall, find_program};
+use decor_api::{
+    Abilities, Adapter, AdapterError, Baseline, DepthKind, Fragment, Health, Layer, LayerRequest,
+    NativeFile, PictureFormat, RunContext, Said, SceneText, Surroundings,
+};
+
+pub use crate::call::LayerSource;
+use crate::call::{Folder, LayerCall, fixed_switches, fragments};
+use crate::scene_text::{Framing, Numbering, Writer, switches};
+use crate::sources::{Library, LibraryWords};
+
+/// How to install POV-Ray.
+pub const INSTALL: &str = "install it with `apt-get install povray povray-includes`, \
+                           or name the program in DECOR_POVRAY";
+
+/// POV-Ray behind decor.
+#[derive(Debug)]
+pub struct PovRay {
+    program: PathBuf,
+    abilities: Abilities,
+    source: LayerSource,
+    library: Library,
+    words: LibraryWords,
+}
+
+impl PovRay {
+    /// Finds POV-Ray: `DECOR_POVRAY`, or `povray` on the path.
+    ///
+    /// # Errors
+    /// [`AdapterError::Missing`], or what goes wrong when it is asked for its
+    /// version.
+    pub fn find() -> Result<Self, AdapterError> {
+        let program = find_program("DECOR_POVRAY", "povray", INSTALL)?;
+        let version = version_of(&program)?;
+        Ok(Self::new(program, &version))
+    }
+
+    /// POV-Ray as `program`, of a known version.
+    pub fn new(program: PathBuf, version: &str) -> Self {
+        // The state file is a format of 3.7; its header is checked at each read.
+        let source = if version.starts_with("3.7") {
+            LayerSource::StateFile
+        } else {
+            LayerSource::Pictures
+        };
+        let library = Library::of_program(&program);
+        let mut adapter = Self {
+            program,
+            abilities: abilities(version),
+            source,
+            library,
+            words: LibraryWords::default(),
+        };
+        adapter.abilities.block_mask = source == LayerSource::StateFile;
+        adapter
+    }
+
+    /// The same, with layers read from elsewhere.
+    #[must_use]
+    pub fn with_source(mut self, source: LayerSource) -> Self {
+        self.source = source;
+        self.abilities.block_mask = source == LayerSource::StateFile;
+        self
+    }
+
+    /// The program.
+    pub fn program(&self) -> &Path {
+        &self.program
+    }
+
+    /// Where layers are read from.
+    pub fn source(&self) -> LayerSource {
+        self.source
+    }
+
+    fn writer(&self, includes: &[NativeFile]) -> Result<Writer<'_>, AdapterError> {
+        let around = survey::around(includes, None, &self.library)?;
+        Ok(Writer {
+            library: &self.library,
+            precision: self.source.precision(),
+            default_changed: around.default,
+        })
+    }
+
+    fn request_writer(&self, request: &LayerRequest<'_>) -> Result<Writer<'_>, AdapterError> {
+        let scene = request.shots.first().map(|shot| &shot.scene);
+        self.writer(scene.map_or(&[], |scene| &scene.includes))
+    }
+}
+
+/// The version that a program prints.
+fn version_of(program: &Path) -> Result<String, AdapterError> {
+    let folder = std::env::temp_dir();
+    let call = ProcessCall {
+        program,
+        args: vec!["--version".into()],
+        folder: &folder,
+        doing: "its version".into(),
+        log: None,
+    };
+    let mut run = RunContext::new(&folder);
+    run.timeout = std::time::Duration::from_secs(20);
+    let ended = call.run_well(&run)?;
+    let version = ended
+        .stderr
+        .lines()
+        .find_map(|line| line.strip_prefix("POV-Ray "))
+        .and_then(|rest| rest.split_whitespace().next());
+    version.map(str::to_owned).ok_or_else(|| AdapterError::Failed {
+        program: program.display().to_string(),
+        status: "no version".into(),
+        doing: "its version".into(),
+        stderr: ended.stderr,
+    })
+}
+
+fn abilities(version: &str) -> Abilities {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    Abilities {
+        version: version.to_owned(),
+        csg: true,
+        fragments: &["inc", "pov"],
+        depth_with_colour: false,
+        depth: DepthKind::AlongRay,
+        sample_position: (0.5, 0.5),
+        crop_grid: Some(state::BLOCK),
+        block_mask: true,
+        hidden_casters: true,
+        ray_list: true,
+        coverage: true,
+        shadows: true,
+        optics: true,
+        // Most of a short call is sleep.
+        jobs: 4 * cores,
+        call_overhead_s: 0.7,
+        units: "any unit of length; no fall-off of lights unless it is stated",
+    }
+}
+
+impl Adapter for PovRay {
+    fn name(&self) -> &'static str {
+        "povray"
+    }
+
+    fn abilities(&self) -> &Abilities {
+        &self.abilities
+    }
+
+    fn scene_text(&self, request: &LayerRequest<'_>) -> Result<SceneText, AdapterError> {
+        Ok(self.request_writer(request)?.layers(request))
+    }
+
+    fn render(
+        &self,
+        request: &LayerRequest<'_>,
+        run: &RunContext,
+    ) -> Result<Vec<Layer>, AdapterError> {
+        if request.shots.is_empty() {
+            return Ok(Vec::new());
+        }
+        let writer = self.request_writer(request)?;
+        let text = writer.layers(request);
+        let call = LayerCall {
+            program: &self.program,
+            request,
+            code: writer.depth_code(request),
+            source: self.source,
+        };
+        call.run(&text, run)
+    }
+
+    fn inspect(
+        &self,
+        fragments: &[&Fragment],
+        includes: &[NativeFile],
+        run: &RunContext,
+    ) -> Result<Vec<Said>, AdapterError> {
+        let inspection = inspect::Inspection {
+            program: &self.program,
+            library: &self.library,
+            words: &self.words,
+        };
+        inspection.run(fragments, includes, run)
+    }
+
+    fn surroundings(
+        &self,
+        includes: &[NativeFile],
+        sky: Option<&NativeFile>,
+    ) -> Result<Surroundings, AdapterError> {
+        let around = survey::around(includes, sky, &self.library)?;
+        Ok(Surroundings { unlayerable: around.unlayerable, sky_on_objects: around.fog })
+    }
+
+    fn baseline(
+        &self,
+        request: &Baseline<'_>,
+        run: &RunContext,
+    ) -> Result<Vec<(u32, PathBuf)>, AdapterError> {
+        let Some((first, scene)) = request.frames.first() else { return Ok(Vec::new()) };
+        let numbering = Numbering::of_film(request.film, *first, request.frames.len());
+        let text = self.writer(&scene.includes)?.whole(
+            request.prototypes,
+            request.size,
+            &request.frames,
+            numbering,
+        );
+        // The pictures outlive the call: the folder is part of `run.work`.
+        let mut kept = run.clone();
+        kept.keep = true;
+        let folder = Folder::new(&kept, "baseline", &text)?;
+        let mut args = fixed_switches();
+        args.extend(switches(Framing::Full, request.size, request.antialias));
+        args.extend(numbering.args());
+        let native = scene.includes.iter().chain(&scene.sky).chain(fragments(request.prototypes));
+        args.extend(folder.library_switches(native)?);
+        args.push(
+            match request.format {
+                PictureFormat::Png => "+FN8",
+                PictureFormat::Png16 => "+FN16",
+                PictureFormat::Exr => "+FE",
+            }
+            .into(),
+        );
+        let ending = request.format.extension();
+        args.extend([format!("+Oframe.{ending}"), "-UA".into()]);
+        let call = ProcessCall {
+            program: &self.program,
+            args,
+            folder: folder.path(),
+            doing: "the baseline".into(),
+            log: run.keep.then(|| folder.file("povray.log")),
+        };
+        run.tally.add_call(request.frames.len());
+        call.run_well(run)?;
+        let file = |k: usize| folder.file(&format!("frame{}.{ending}", numbering.suffix(k)));
+        Ok(request.frames.iter().enumerate().map(|(k, (n, _))| (*n, file(k))).collect())
+    }
+
+    fn encode(&self, linear: f32, max: u32) -> u32 {
+        encode::srgb(linear, max)
+    }
+
+    fn health(&self, run: &RunContext) -> Health {
+        health::check(self, run)
+    }
+}

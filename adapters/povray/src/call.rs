@@ -1,0 +1,342 @@
+//! One call of POV-Ray: a folder of its own, the scene's files in it, the
+//! switches, and the frames' pixels out of it.
+
+use std::path::{Path, PathBuf};
+
+use decor_api::process::ProcessCall;
+use decor_api::{
+    AdapterError, Layer, LayerRequest, NativeFile, Output, Region, RunContext, SceneText, Window,
+};
+
+use crate::depth::{DepthCode, Precision};
+use crate::picture;
+use crate::scene_text::{Framing, MAIN, Numbering, in_crop, switches};
+use crate::state::{self, Wanted};
+
+/// What layers are read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LayerSource {
+    /// The render state file of 3.7: single precision, any set of blocks.
+    StateFile,
+    /// 16-bit pictures: every version has them.
+    Pictures,
+}
+
+impl LayerSource {
+    /// How exact its pixels are.
+    pub fn precision(self) -> Precision {
+        match self {
+            Self::StateFile => Precision::Single,
+            Self::Pictures => Precision::Integer16,
+        }
+    }
+}
+
+/// A folder for one call. It goes with the value, unless it is kept.
+pub struct Folder {
+    path: PathBuf,
+    _temporary: Option<tempfile::TempDir>,
+}
+
+impl Folder {
+    /// Makes the folder, named after `label`, and writes the files of a scene.
+    pub fn new(run: &RunContext, label: &str, text: &SceneText) -> Result<Self, AdapterError> {
+        let folder = if run.keep {
+            let path = run.work.join(label);
+            std::fs::create_dir_all(&path).map_err(AdapterError::io(&path))?;
+            Self { path, _temporary: None }
+        } else {
+            let temporary = tempfile::Builder::new()
+                .prefix(&format!("{label}-"))
+                .tempdir_in(&run.work)
+                .map_err(AdapterError::io(&run.work))?;
+            Self { path: temporary.path().to_owned(), _temporary: Some(temporary) }
+        };
+        for (name, bytes) in &text.files {
+            folder.write(name, bytes)?;
+        }
+        Ok(folder)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), AdapterError> {
+        let path = self.file(name);
+        std::fs::write(&path, bytes).map_err(AdapterError::io(&path))
+    }
+
+    /// Makes the folders of `files` library paths: what a scene reads besides
+    /// its text (images, height fields) lies there. Debian's POV-Ray may read
+    /// only below its working folder, so they are linked into it.
+    pub fn library_switches<'f>(
+        &self,
+        files: impl Iterator<Item = &'f NativeFile>,
+    ) -> Result<Vec<String>, AdapterError> {
+        let mut folders: Vec<&Path> = Vec::new();
+        for file in files {
+            for folder in [file.path.parent().unwrap_or(Path::new("/")), &file.root] {
+                if !folders.contains(&folder) {
+                    folders.push(folder);
+                }
+            }
+        }
+        let mut switches = Vec::new();
+        for (k, folder) in folders.into_iter().enumerate() {
+            let name = format!("library_{k}");
+            let link = self.file(&name);
+            match std::os::unix::fs::symlink(folder, &link) {
+                Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+                    return Err(AdapterError::Io { path: link, source: error });
+                }
+                _ => {}
+            }
+            switches.push(format!("+L{name}"));
+        }
+        Ok(switches)
+    }
+}
+
+/// All renderer-native files that a request reads.
+pub fn native_files<'r>(request: &'r LayerRequest<'_>) -> impl Iterator<Item = &'r NativeFile> {
+    let around = request
+        .shots
+        .first()
+        .into_iter()
+        .flat_map(|shot| shot.scene.includes.iter().chain(&shot.scene.sky));
+    around.chain(fragments(request.prototypes))
+}
+
+/// The files of all fragments of a table.
+pub fn fragments(table: &decor_api::PrototypeTable) -> impl Iterator<Item = &NativeFile> {
+    table.iter().filter_map(|(_, prototype)| match &prototype.geometry {
+        decor_api::Geometry::Fragment(fragment) => Some(&fragment.file),
+        decor_api::Geometry::Neutral(_) => None,
+    })
+}
+
+/// Switches of every call: nothing is left to a configuration file.
+pub fn fixed_switches() -> Vec<String> {
+    vec![format!("+I{MAIN}"), "-D".into(), "-V".into(), "-P".into(), "+Q9".into()]
+}
+
+/// One render of a request.
+pub struct LayerCall<'a> {
+    /// The program.
+    pub program: &'a Path,
+    /// What to render.
+    pub request: &'a LayerRequest<'a>,
+    /// How depth is written, in a depth pass.
+    pub code: Option<DepthCode>,
+    /// Where the pixels come from.
+    pub source: LayerSource,
+}
+
+impl LayerCall<'_> {
+    /// Runs the call; one layer a shot.
+    pub fn run(&self, text: &SceneText, run: &RunContext) -> Result<Vec<Layer>, AdapterError> {
+        let request = self.request;
+        let framing = Framing::of(&request.shots, request.size);
+        let numbering = Numbering::of(request);
+        let folder = Folder::new(run, &request.label, text)?;
+
+        let antialias = if self.code.is_some() { None } else { request.antialias };
+        let mut args = fixed_switches();
+        args.extend(switches(framing, request.size, antialias));
+        args.extend(numbering.args());
+        args.extend(folder.library_switches(native_files(request))?);
+        if let Some(threads) = run.threads {
+            args.push(format!("+WT{threads}"));
+        }
+        args.extend(self.output_switches());
+        if self.source == LayerSource::StateFile {
+            self.prepare_states(&folder, numbering)?;
+        }
+
+        let call = ProcessCall {
+            program: self.program,
+            args,
+            folder: folder.path(),
+            doing: describe(request),
+            log: run.keep.then(|| folder.file("povray.log")),
+        };
+        run.tally.add_call(request.shots.len());
+        call.run_well(run)?;
+        let layers = (0..request.shots.len())
+            .map(|k| self.read(&folder, framing, numbering, k))
+            .collect();
+        if run.keep {
+            remove_pictures(folder.path());
+        }
+        layers
+    }
+
+    fn output_switches(&self) -> Vec<String> {
+        let alpha = matches!(self.request.output, Output::ColourAlone { with_sky: false });
+        let mut args = match self.source {
+            // The picture itself is not read: the format is the cheapest one.
+            LayerSource::StateFile => vec!["+FP".into(), "+Olayer.ppm".into(), "+C".into()],
+            LayerSource::Pictures if alpha => vec!["+FN16".into(), "+Olayer.png".into()],
+            LayerSource::Pictures => vec!["+FP16".into(), "+Olayer.ppm".into()],
+        };
+        args.push(if alpha { "+UA".into() } else { "-UA".into() });
+        if self.source == LayerSource::Pictures {
+            args.push(if self.code.is_some() { "File_Gamma=1".into() } else { "File_Gamma=srgb".into() });
+            let window = self.rendered();
+            // Starts are 1-based; a 1 would be read as a share of the whole.
+            if window.x > 0 {
+                args.push(format!("+SC{}", window.x + 1));
+            }
+            if window.y > 0 {
+                args.push(format!("+SR{}", window.y + 1));
+            }
+            if window.right() < self.request.size.width && !self.is_crop() {
+                args.push(format!("+EC{}", window.right()));
+            }
+            if window.bottom() < self.request.size.height && !self.is_crop() {
+                args.push(format!("+ER{}", window.bottom()));
+            }
+        }
+        args
+    }
+
+    fn is_crop(&self) -> bool {
+        Framing::of(&self.request.shots, self.request.size) != Framing::Full
+    }
+
+    /// The part of the full picture that all shots need, where it is the full
+    /// picture's camera that renders them.
+    fn rendered(&self) -> Window {
+        if self.is_crop() {
+            return Window::EMPTY;
+        }
+        let windows = self.request.shots.iter().map(|shot| self.window(&shot.region));
+        windows.fold(Window::EMPTY, Window::union)
+    }
+
+    /// The window of the picture that a shot's layer covers.
+    fn window(&self, region: &Region) -> Window {
+        match region {
+            Region::Window(window) => *window,
+            Region::Blocks(ids) => ids
+                .iter()
+                .map(|&id| state::block_window(self.request.size, id))
+                .fold(Window::EMPTY, Window::union),
+        }
+    }
+
+    /// POV-Ray takes over what a state file says, and deletes it when the frame
+    /// is done: a second link to it survives.
+    fn prepare_states(&self, folder: &Folder, numbering: Numbering) -> Result<(), AdapterError> {
+        for (k, shot) in self.request.shots.iter().enumerate() {
+            let suffix = numbering.suffix(k);
+            let path = folder.file(&format!("layer{suffix}.pov-state"));
+            let kept = folder.file(&format!("layer{suffix}.kept"));
+            let bytes = match &shot.region {
+                Region::Window(_) => state::empty(),
+                Region::Blocks(ids) => state::masked(self.request.size, ids),
+            };
+            std::fs::write(&path, bytes).map_err(AdapterError::io(&path))?;
+            // In a kept folder there may be one of an earlier run.
+            let _ = std::fs::remove_file(&kept);
+            let _ = std::fs::remove_file(folder.file(&format!("layer{suffix}.ppm")));
+            std::fs::hard_link(&path, &kept).map_err(AdapterError::io(&kept))?;
+        }
+        Ok(())
+    }
+
+    fn read(
+        &self,
+        folder: &Folder,
+        framing: Framing,
+        numbering: Numbering,
+        k: usize,
+    ) -> Result<Layer, AdapterError> {
+        let region = &self.request.shots[k].region;
+        let window = self.window(region);
+        let rendered = if framing == Framing::Full { window } else { in_crop(window) };
+        let suffix = numbering.suffix(k);
+        let colour = match self.source {
+            LayerSource::StateFile => {
+                let path = folder.file(&format!("layer{suffix}.kept"));
+                let bytes = std::fs::read(&path).map_err(|source| missing(&path, &source))?;
+                // Frames are many: their pixels do not wait for the last one.
+                let _ = std::fs::remove_file(&path);
+                let _ = std::fs::remove_file(folder.file(&format!("layer{suffix}.ppm")));
+                let wanted = match region {
+                    Region::Window(_) => Wanted::All,
+                    Region::Blocks(ids) => Wanted::Blocks(ids, self.request.size),
+                };
+                state::pixels(&bytes, rendered, wanted).map_err(|error| bad(&path, &error))?
+            }
+            LayerSource::Pictures => {
+                let alpha = matches!(self.request.output, Output::ColourAlone { with_sky: false });
+                let ending = if alpha { "png" } else { "ppm" };
+                let path = folder.file(&format!("layer{suffix}.{ending}"));
+                let bytes = std::fs::read(&path).map_err(|source| missing(&path, &source))?;
+                let coding =
+                    if self.code.is_some() { picture::Coding::Linear } else { picture::Coding::Srgb };
+                picture::pixels(&bytes, rendered, coding).map_err(|error| bad(&path, &error))?
+            }
+        };
+        Ok(match self.code {
+            Some(code) => Layer {
+                window,
+                depth: Some(colour.iter().map(|&pixel| code.decode(pixel)).collect()),
+                colour: None,
+                depth_quantum: code.quantum(self.source.precision()),
+            },
+            None => Layer { window, colour: Some(colour), depth: None, depth_quantum: (0.0, 0.0) },
+        })
+    }
+}
+
+fn describe(request: &LayerRequest<'_>) -> String {
+    let pass = match request.output {
+        Output::ColourOverBackground => "colour",
+        Output::ColourAlone { .. } => "the objects' colour",
+        Output::Depth => "depth",
+    };
+    match (request.shots.first(), request.shots.last()) {
+        (Some(first), Some(last)) if first.frame != last.frame => {
+            format!("{pass} of frames {} to {}", first.frame, last.frame)
+        }
+        (Some(first), _) => format!("{pass} of frame {}", first.frame),
+        _ => pass.to_owned(),
+    }
+}
+
+fn missing(path: &Path, error: &std::io::Error) -> AdapterError {
+    AdapterError::BadOutput {
+        program: "povray".into(),
+        file: path.to_owned(),
+        reason: format!("it cannot be read: {error}"),
+    }
+}
+
+fn bad(path: &Path, error: &dyn std::error::Error) -> AdapterError {
+    AdapterError::BadOutput {
+        program: "povray".into(),
+        file: path.to_owned(),
+        reason: error.to_string(),
+    }
+}
+
+/// A kept folder holds text and logs; the renderer's intermediate pictures
+/// would fill a disk.
+fn remove_pictures(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if path.extension().is_some_and(|e| e == "pov-state") {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}

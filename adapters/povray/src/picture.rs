@@ -1,0 +1,163 @@
+//! POV-Ray's 16-bit pictures as layers: binary PPM, and PNG where coverage is
+//! wanted. The way that every version has.
+
+use decor_api::Window;
+
+use crate::encode;
+
+/// How the integers stand for light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coding {
+    /// By the sRGB transfer function.
+    Srgb,
+    /// As they are.
+    Linear,
+}
+
+/// Why a picture cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// Neither a binary PPM nor a PNG of 16 bits.
+    #[error("it is no 16-bit PPM or PNG picture")]
+    Format,
+    /// It is smaller than what was asked for, or cut off.
+    #[error("it is {width}×{height} pixels or cut off; {window:?} was wanted")]
+    Short {
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+        /// What was wanted of it.
+        window: Window,
+    },
+    /// The PNG is damaged.
+    #[error("it is a damaged PNG")]
+    Png(#[from] png::DecodingError),
+}
+
+/// The pixels of `window`: linear, premultiplied, with coverage.
+///
+/// # Errors
+/// Where the picture is of another format, damaged or too small.
+pub fn pixels(
+    file: &[u8],
+    window: Window,
+    coding: Coding,
+) -> Result<Vec<[f32; 4]>, PictureError> {
+    if file.starts_with(b"P6") { ppm(file, window, coding) } else { png(file, window, coding) }
+}
+
+fn ppm(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, PictureError> {
+    let (numbers, data) = ppm_header(file).ok_or(PictureError::Format)?;
+    let [width, height, max] = numbers;
+    if max != 65535 {
+        return Err(PictureError::Format);
+    }
+    let short = || PictureError::Short { width, height, window };
+    if window.right() > width || window.bottom() > height {
+        return Err(short());
+    }
+    let mut out = Vec::with_capacity(window.pixels());
+    for y in window.y..window.bottom() {
+        let from = 6 * (y as usize * width as usize + window.x as usize);
+        let row = data.get(from..from + 6 * window.width as usize).ok_or_else(short)?;
+        out.extend(row.chunks_exact(6).map(|pixel| {
+            let channel = |k: usize| decode(be_u16(pixel, k), coding);
+            [channel(0), channel(1), channel(2), 1.0]
+        }));
+    }
+    Ok(out)
+}
+
+/// Width, height and largest value, and what follows.
+fn ppm_header(file: &[u8]) -> Option<([u32; 3], &[u8])> {
+    let mut at = 2;
+    let mut numbers = [0_u32; 3];
+    for number in &mut numbers {
+        loop {
+            match file.get(at)? {
+                b'#' => at += file[at..].iter().position(|&b| b == b'\n')?,
+                b if b.is_ascii_whitespace() => at += 1,
+                _ => break,
+            }
+        }
+        let digits = file[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+        *number = std::str::from_utf8(&file[at..at + digits]).ok()?.parse().ok()?;
+        at += digits;
+    }
+    Some((numbers, file.get(at + 1..)?))
+}
+
+fn png(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, PictureError> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info()?;
+    let info = reader.info();
+    let (width, height) = (info.width, info.height);
+    if info.bit_depth != png::BitDepth::Sixteen || info.color_type != png::ColorType::Rgba {
+        return Err(PictureError::Format);
+    }
+    let short = || PictureError::Short { width, height, window };
+    if window.right() > width || window.bottom() > height {
+        return Err(short());
+    }
+    let mut data = vec![0; reader.output_buffer_size().ok_or_else(short)?];
+    reader.next_frame(&mut data)?;
+    let mut out = Vec::with_capacity(window.pixels());
+    for y in window.y..window.bottom() {
+        let from = 8 * (y as usize * width as usize + window.x as usize);
+        let row = data.get(from..from + 8 * window.width as usize).ok_or_else(short)?;
+        out.extend(row.chunks_exact(8).map(|pixel| {
+            let alpha = f32::from(be_u16(pixel, 3)) / 65535.0;
+            // PNG's colour is straight.
+            let channel = |k: usize| decode(be_u16(pixel, k), coding) * alpha;
+            [channel(0), channel(1), channel(2), alpha]
+        }));
+    }
+    Ok(out)
+}
+
+fn be_u16(pixel: &[u8], channel: usize) -> u16 {
+    u16::from_be_bytes([pixel[2 * channel], pixel[2 * channel + 1]])
+}
+
+fn decode(value: u16, coding: Coding) -> f32 {
+    match coding {
+        Coding::Srgb => encode::linear(u32::from(value), 65535),
+        Coding::Linear => f32::from(value) / 65535.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_ppm_with_a_comment_is_read() {
+        let mut file = b"P6\n# by POV-Ray\n2 1\n65535\n".to_vec();
+        file.extend([0, 0, 0xff, 0xff, 0x80, 0x00, 1, 1, 2, 2, 3, 3]);
+        let window = Window { x: 1, y: 0, width: 1, height: 1 };
+        let pixels = pixels(&file, window, Coding::Linear).unwrap();
+        assert_eq!(pixels, [[257.0 / 65535.0, 514.0 / 65535.0, 771.0 / 65535.0, 1.0]]);
+    }
+
+    #[test]
+    fn a_short_picture_is_noticed() {
+        let file = b"P6\n2 2\n65535\n0123456789";
+        let window = Window { x: 0, y: 0, width: 2, height: 2 };
+        assert!(matches!(
+            pixels(file, window, Coding::Linear),
+            Err(PictureError::Short { .. })
+        ));
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_refused_or_read(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
+            let window = Window { x: 0, y: 0, width: 2, height: 2 };
+            let mut ppm = b"P6".to_vec();
+            ppm.extend(&bytes);
+            let _ = pixels(&ppm, window, Coding::Srgb);
+            let _ = pixels(&bytes, window, Coding::Srgb);
+        }
+    }
+}

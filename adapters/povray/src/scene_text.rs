@@ -1,0 +1,431 @@
+//! A request as POV-Ray text: one main file with every prototype declared once,
+//! and a small file for each frame.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use decor_api::{
+    Antialias, Camera, Geometry, LayerRequest, LayerShot, NativeFile, Output, PrototypeId,
+    PrototypeTable, Region, Scene, SceneText, Size, Window,
+};
+
+use crate::camera::{Raster, padded};
+use crate::depth::{DepthCode, Precision};
+use crate::isolate::isolate;
+use crate::light;
+use crate::number::colour;
+use crate::solid::{Looks, placed, solid};
+use crate::sources::Library;
+
+/// The name of the main file.
+pub const MAIN: &str = "scene.pov";
+
+/// The texture of the depth pass.
+const DEPTH_TEXTURE: &str = "Decor_Depth";
+
+/// How the frames of one call are numbered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Numbering {
+    /// POV-Ray's first and last frame: the clock runs between them. `None`: a
+    /// still, without a clock.
+    pub film: Option<(u32, u32)>,
+    /// The first frame to render.
+    pub first: u32,
+    /// How many.
+    pub count: usize,
+}
+
+impl Numbering {
+    /// Frames without a clock of their own, from 1.
+    pub fn local(count: usize) -> Self {
+        // With a last frame of 1 POV-Ray would render a still, under another name.
+        Self { film: Some((1, (count as u32).max(2))), first: 1, count }
+    }
+
+    /// Frames of a film, by their own numbers.
+    pub fn of_film(film: (u32, u32), first: u32, count: usize) -> Self {
+        let film = if film.0 == film.1 { None } else { Some(film) };
+        Self { film, first, count }
+    }
+
+    /// The numbering of a request.
+    pub fn of(request: &LayerRequest<'_>) -> Self {
+        let count = request.shots.len();
+        match (request.film, request.shots.first()) {
+            (Some(film), Some(shot)) => Self::of_film(film, shot.frame, count),
+            _ => Self::local(count),
+        }
+    }
+
+    /// The number of the frame at `index`.
+    pub fn frame(&self, index: usize) -> u32 {
+        self.first + index as u32
+    }
+
+    /// The switches for POV-Ray.
+    pub fn args(&self) -> Vec<String> {
+        let Some((a, b)) = self.film else { return Vec::new() };
+        let last = self.first + (self.count as u32).saturating_sub(1);
+        vec![
+            format!("+KFI{a}"),
+            format!("+KFF{b}"),
+            format!("+SF{}", self.first),
+            format!("+EF{last}"),
+        ]
+    }
+
+    /// What POV-Ray appends to a name for the frame at `index`.
+    pub fn suffix(&self, index: usize) -> String {
+        match self.film {
+            None => String::new(),
+            Some((_, last)) => {
+                let digits = last.to_string().len();
+                format!("{:0digits$}", self.frame(index))
+            }
+        }
+    }
+}
+
+/// Which camera the frames of a request are seen by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Framing {
+    /// The whole picture's.
+    Full,
+    /// Crop cameras: pictures of `padded` pixels, of which `cut` are rendered.
+    Crop {
+        /// The picture's size for POV-Ray.
+        padded: Size,
+        /// The rendered part, from the upper left.
+        cut: Size,
+    },
+}
+
+impl Framing {
+    /// The framing for the windows of some shots. A window that begins at the
+    /// upper left and covers the picture needs no crop; blocks are masked in
+    /// the whole picture.
+    pub fn of(shots: &[LayerShot], size: Size) -> Self {
+        let mut cut = Size { width: 1, height: 1 };
+        for shot in shots {
+            match &shot.region {
+                Region::Blocks(_) => return Self::Full,
+                Region::Window(window) => {
+                    cut.width = cut.width.max(window.width);
+                    cut.height = cut.height.max(window.height);
+                }
+            }
+        }
+        if cut == size {
+            return Self::Full;
+        }
+        Self::Crop { padded: padded(cut.width, cut.height), cut }
+    }
+}
+
+/// Everything that the text of a request depends on, besides the request.
+#[derive(Clone, Copy, Debug)]
+pub struct Writer<'a> {
+    /// Where fragments find what they include.
+    pub library: &'a Library,
+    /// What the pixels will be read from.
+    pub precision: Precision,
+    /// Do declarations change what objects look like by default?
+    pub default_changed: bool,
+}
+
+/// What a pass adds to the placed objects.
+struct Pass {
+    /// What an instance gets besides its place.
+    modifiers: String,
+    /// Are there lights?
+    lit: bool,
+}
+
+impl Writer<'_> {
+    /// The files of a request.
+    pub fn layers(
+        &self,
+        request: &LayerRequest<'_>,
+    ) -> SceneText {
+        let framing = Framing::of(&request.shots, request.size);
+        let numbering = Numbering::of(request);
+        let code = self.depth_code(request);
+        let mut frames = Vec::new();
+        for shot in &request.shots {
+            let mut text = camera(&shot.scene.camera, request.size, framing, &shot.region);
+            text.push_str(&self.frame(request, shot, code));
+            frames.push(text);
+        }
+        let looks = match code {
+            Some(code) if code.is_pigment() => Looks::LeftOut,
+            _ => Looks::Written,
+        };
+        let scenes: Vec<&Scene> = request.shots.iter().map(|s| &*s.scene).collect();
+        let sky = matches!(
+            request.output,
+            Output::ColourOverBackground | Output::ColourAlone { with_sky: true }
+        );
+        let mut settings = String::new();
+        if code.is_some_and(|code| !code.is_pigment()) {
+            settings.push_str("global_settings { ambient_light 0 max_trace_level 1 }\n");
+        }
+        self.files(request.prototypes, &scenes, looks, sky, &settings, frames, numbering)
+    }
+
+    /// The files of whole frames as the stock renderer gets them: the same text
+    /// as the layers', with everything in it.
+    pub fn whole(
+        &self,
+        prototypes: &PrototypeTable,
+        size: Size,
+        frames: &[(u32, Arc<Scene>)],
+        numbering: Numbering,
+    ) -> SceneText {
+        let pass = colour_pass(frames.first().is_none_or(|(_, scene)| scene.shadows));
+        let texts = frames
+            .iter()
+            .map(|(_, scene)| {
+                let mut text = Raster::new(&scene.camera, size).full();
+                text.push_str(&background(scene, false));
+                text.push_str(&self.contents(prototypes, scene, &pass));
+                text
+            })
+            .collect();
+        let scenes: Vec<&Scene> = frames.iter().map(|(_, scene)| &**scene).collect();
+        self.files(prototypes, &scenes, Looks::Written, true, "", texts, numbering)
+    }
+
+    /// How depth is written in this request; `None` in a colour pass.
+    pub fn depth_code(&self, request: &LayerRequest<'_>) -> Option<DepthCode> {
+        if request.output != Output::Depth {
+            return None;
+        }
+        let (mut near, mut far) = (f64::INFINITY, 0.0_f64);
+        let mut neutral = !self.default_changed;
+        for shot in &request.shots {
+            for instance in &shot.scene.instances {
+                let prototype = request.prototypes.get(instance.prototype);
+                neutral &= matches!(prototype.geometry, Geometry::Neutral(_));
+                match prototype.bounds.posed(&instance.pose) {
+                    decor_api::Bounds::Empty => {}
+                    decor_api::Bounds::Unbounded => {
+                        (near, far) = (0.0, f64::INFINITY);
+                    }
+                    decor_api::Bounds::Sphere(s) => {
+                        let distance = (s.centre - shot.scene.camera.eye).length();
+                        near = near.min((distance - s.radius).max(0.0));
+                        far = far.max(distance + s.radius);
+                    }
+                }
+            }
+        }
+        let near = if near.is_finite() { near } else { 0.0 };
+        let far = if far > 0.0 { far } else { 1.0 };
+        Some(if neutral {
+            DepthCode::pigment(near, far, self.precision)
+        } else {
+            DepthCode::veil(far, self.precision)
+        })
+    }
+
+    fn frame(&self, request: &LayerRequest<'_>, shot: &LayerShot, code: Option<DepthCode>) -> String {
+        let scene = &shot.scene;
+        match (request.output, code) {
+            (Output::Depth, Some(code)) => {
+                let mut text = code.declaration(scene.camera.eye, DEPTH_TEXTURE);
+                let modifiers = if code.is_pigment() {
+                    format!("texture {{ {DEPTH_TEXTURE} }}")
+                } else {
+                    // What is not hollow and holds the observer turns fog off.
+                    "hollow".to_owned()
+                };
+                let pass = Pass { modifiers, lit: false };
+                text.push_str(&self.contents(request.prototypes, scene, &pass));
+                text
+            }
+            (output, _) => {
+                let alone = matches!(output, Output::ColourAlone { .. });
+                let pass = colour_pass(scene.shadows);
+                background(scene, alone) + &self.contents(request.prototypes, scene, &pass)
+            }
+        }
+    }
+
+    /// Lights and placed objects.
+    fn contents(&self, prototypes: &PrototypeTable, scene: &Scene, pass: &Pass) -> String {
+        let mut text = String::new();
+        if pass.lit {
+            for one in &scene.lights {
+                text.push_str(&light::light(one));
+            }
+        }
+        for instance in &scene.instances {
+            if prototypes.get(instance.prototype).bounds == decor_api::Bounds::Empty {
+                continue;
+            }
+            text.push_str(&placed(&name(instance.prototype), &instance.pose, &pass.modifiers));
+        }
+        text
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn files(
+        &self,
+        prototypes: &PrototypeTable,
+        scenes: &[&Scene],
+        looks: Looks,
+        with_sky: bool,
+        settings: &str,
+        frames: Vec<String>,
+        numbering: Numbering,
+    ) -> SceneText {
+        let mut main = String::from("#version 3.7;\nglobal_settings { assumed_gamma 1 }\n");
+        let mut parts: Vec<(String, Vec<u8>)> = Vec::new();
+        // All scenes of a request share their surroundings.
+        let (includes, sky): (&[NativeFile], Option<&NativeFile>) = match scenes.first() {
+            Some(scene) => (&scene.includes, scene.sky.as_ref()),
+            None => (&[], None),
+        };
+        for (k, include) in includes.iter().enumerate() {
+            let name = format!("include_{k}.inc");
+            main.push_str(&format!("#include \"{name}\"\n"));
+            parts.push((name, with_newline(&include.text)));
+        }
+        main.push_str(settings);
+        if let Some(sky) = sky.filter(|_| with_sky) {
+            main.push_str("#include \"sky.inc\"\n");
+            parts.push(("sky.inc".to_owned(), with_newline(&sky.text)));
+        }
+        let used: BTreeSet<PrototypeId> =
+            scenes.iter().flat_map(|s| &s.instances).map(|i| i.prototype).collect();
+        for id in used {
+            let prototype = prototypes.get(id);
+            if prototype.bounds == decor_api::Bounds::Empty {
+                continue;
+            }
+            match &prototype.geometry {
+                Geometry::Neutral(csg) => {
+                    main.push_str(&format!("#declare {} = {}\n", name(id), solid(csg, looks)));
+                }
+                Geometry::Fragment(fragment) => {
+                    let stem = format!("P{}", id.0);
+                    main.push_str(&format!(
+                        "#declare {} = union {{\n#include \"{stem}.inc\"\n}}\n",
+                        name(id)
+                    ));
+                    parts.extend(isolate(&fragment.file, includes, self.library, &stem));
+                }
+            }
+        }
+        match numbering.film {
+            None => main.push_str("#include \"frame_0.inc\"\n"),
+            Some(_) => main
+                .push_str("#include concat(\"frame_\", str(frame_number, 0, 0), \".inc\")\n"),
+        }
+        let mut files = vec![(MAIN.to_owned(), main.into_bytes())];
+        files.extend(parts);
+        for (k, text) in frames.into_iter().enumerate() {
+            let number = if numbering.film.is_some() { numbering.frame(k) } else { 0 };
+            files.push((format!("frame_{number}.inc"), text.into_bytes()));
+        }
+        SceneText { files }
+    }
+}
+
+/// How a prototype is called in the text.
+fn name(id: PrototypeId) -> String {
+    format!("Decor_P{}", id.0)
+}
+
+fn colour_pass(shadows: bool) -> Pass {
+    let modifiers = if shadows { String::new() } else { "no_shadow".to_owned() };
+    Pass { modifiers, lit: true }
+}
+
+fn camera(camera: &Camera, size: Size, framing: Framing, region: &Region) -> String {
+    let raster = Raster::new(camera, size);
+    match (framing, region) {
+        (Framing::Crop { padded, .. }, Region::Window(window)) => raster.crop(*window, padded),
+        _ => raster.full(),
+    }
+}
+
+/// The background; `alone`: it gives way to the alpha channel.
+fn background(scene: &Scene, alone: bool) -> String {
+    let text = colour(scene.background);
+    if alone {
+        format!("background {{ rgb {text} transmit 1 }}\n")
+    } else {
+        format!("background {{ rgb {text} }}\n")
+    }
+}
+
+fn with_newline(text: &[u8]) -> Vec<u8> {
+    let mut text = text.to_vec();
+    text.push(b'\n');
+    text
+}
+
+/// The text that asks POV-Ray for the extents of fragments: it writes them to
+/// `out` and stops before it renders anything.
+pub fn extents(
+    fragments: &[&NativeFile],
+    includes: &[NativeFile],
+    library: &Library,
+    out: &str,
+) -> SceneText {
+    let mut main = String::from("#version 3.7;\nglobal_settings { assumed_gamma 1 }\n");
+    let mut parts = Vec::new();
+    for (k, include) in includes.iter().enumerate() {
+        main.push_str(&format!("#include \"include_{k}.inc\"\n"));
+        parts.push((format!("include_{k}.inc"), with_newline(&include.text)));
+    }
+    for (k, fragment) in fragments.iter().enumerate() {
+        let stem = format!("P{k}");
+        main.push_str(&format!(
+            "#declare Decor_P{k} = union {{\n#include \"{stem}.inc\"\n}}\n"
+        ));
+        parts.extend(isolate(fragment, includes, library, &stem));
+    }
+    main.push_str(&format!("#fopen Decor_Out \"{out}\" write\n"));
+    for k in 0..fragments.len() {
+        main.push_str(&format!(
+            "#write (Decor_Out, vstr(3, min_extent(Decor_P{k}), \" \", 0, 30), \" \", vstr(3, max_extent(Decor_P{k}), \" \", 0, 30), \"\\n\")\n"
+        ));
+    }
+    main.push_str("#fclose Decor_Out\n#error \"extents are written\"\n");
+    let mut files = vec![(MAIN.to_owned(), main.into_bytes())];
+    files.extend(parts);
+    SceneText { files }
+}
+
+/// The switches of a call, but for the output.
+pub fn switches(framing: Framing, size: Size, antialias: Option<Antialias>) -> Vec<String> {
+    let mut args = Vec::new();
+    match framing {
+        Framing::Full => args.extend([format!("+W{}", size.width), format!("+H{}", size.height)]),
+        Framing::Crop { padded, cut } => {
+            args.extend([format!("+W{}", padded.width), format!("+H{}", padded.height)]);
+            // An end that is the picture's own is left out: 1 would be read as
+            // a share of the whole.
+            if cut != padded {
+                args.extend([format!("+EC{}", cut.width), format!("+ER{}", cut.height)]);
+            }
+        }
+    }
+    match antialias {
+        None => args.push("-A".into()),
+        Some(a) => args.extend([
+            format!("+A{}", crate::number::number(a.threshold)),
+            "+AM1".into(),
+            format!("+R{}", a.depth),
+            "-J".into(),
+        ]),
+    }
+    args
+}
+
+/// The part of a crop picture that belongs to a window.
+pub fn in_crop(window: Window) -> Window {
+    Window { x: 0, y: 0, ..window }
+}

@@ -1,0 +1,298 @@
+//! POV-Ray 3.7's render state file (`+C`): finished blocks as single-precision
+//! pixels, before any encoding.
+//!
+//! Read, it gives the pixels of a render as POV-Ray holds them. Written, it
+//! tells POV-Ray which blocks are done already, so that any set of blocks can
+//! be rendered in one call.
+//!
+//! Layout: a header of 512 bytes; then records, each `POVRAYMS`, a version, a
+//! size and that many bytes of an object: a count of attributes, each a key, a
+//! type, a length and its value, all in big-endian order. The attributes that
+//! matter: `PiId` (the block's number, row by row), `Left`, `Top `, `Righ`,
+//! `Bott` (its rectangle, inclusive), `PBlo` (five numbers a pixel: red, green,
+//! blue, filter, transmit; linear, premultiplied).
+
+use decor_api::{Size, Window};
+
+/// The side of a block, in pixels.
+pub const BLOCK: u32 = 32;
+
+const SIGNATURE: &[u8] = b"POV-Ray Render State File\0\0\0";
+const VERSION: &[u8] = b"0001";
+const HEADER_BYTES: usize = 512;
+const RECORD_SIGNATURE: &[u8] = b"POVRAYMS";
+const RECORD_VERSION: u32 = 0x370;
+const RECORD_HEADER_BYTES: usize = 20;
+/// Numbers a pixel.
+const CHANNELS: usize = 5;
+
+/// Why a state file cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StateError {
+    /// It does not begin as one of 3.7.
+    #[error("it is not a render state file of POV-Ray 3.7")]
+    Header,
+    /// It ends, or goes astray, inside a record.
+    #[error("its record at byte {0} is damaged")]
+    Record(usize),
+    /// Blocks are missing: the render did not finish.
+    #[error("{missing} of {wanted} pixels are missing")]
+    Incomplete {
+        /// Pixels that no block holds.
+        missing: usize,
+        /// Pixels of the window.
+        wanted: usize,
+    },
+}
+
+/// A state file without any block: everything is to be rendered.
+pub fn empty() -> Vec<u8> {
+    let mut file = Vec::with_capacity(HEADER_BYTES);
+    file.extend_from_slice(SIGNATURE);
+    file.extend_from_slice(VERSION);
+    file.resize(HEADER_BYTES, 0);
+    file
+}
+
+/// A state file for a picture of `size` in which every block but `wanted` is
+/// called done, with a rectangle of one pixel. `wanted` is ascending.
+pub fn masked(size: Size, wanted: &[u32]) -> Vec<u8> {
+    let mut file = empty();
+    let columns = size.width.div_ceil(BLOCK);
+    let blocks = columns * size.height.div_ceil(BLOCK);
+    let mut wanted = wanted.iter().copied().peekable();
+    for block in 0..blocks {
+        if wanted.next_if_eq(&block).is_some() {
+            continue;
+        }
+        let (x, y) = (block % columns * BLOCK, block / columns * BLOCK);
+        push_record(&mut file, block, x, y);
+    }
+    file
+}
+
+/// A record of one black pixel at (x, y) that stands for block `id`.
+fn push_record(file: &mut Vec<u8>, id: u32, x: u32, y: u32) {
+    let start = file.len();
+    file.extend_from_slice(RECORD_SIGNATURE);
+    file.extend_from_slice(&RECORD_VERSION.to_be_bytes());
+    file.extend_from_slice(&[0; 4]);
+    file.extend_from_slice(b"RAWSOBJE");
+    file.extend_from_slice(&13_u32.to_be_bytes());
+    let mut attribute = |key: &[u8; 4], kind: &[u8; 4], length: u32, value: &[u8]| {
+        file.extend_from_slice(key);
+        file.extend_from_slice(kind);
+        file.extend_from_slice(&length.to_be_bytes());
+        file.extend_from_slice(value);
+    };
+    attribute(b"OCLA", b"TYPE", 4, b"PixD");
+    attribute(b"MCLA", b"TYPE", 4, b"VImg");
+    attribute(b"MIDE", b"TYPE", 4, b"PxBS");
+    // Addresses in a record are not looked at; they are padded to four bytes.
+    attribute(b"MSRC", b"ADDR", 10, &[0; 12]);
+    attribute(b"MDST", b"ADDR", 10, &[0; 12]);
+    attribute(b"PBlo", b"VFL4", CHANNELS as u32, &[0; 4 * CHANNELS]);
+    attribute(b"PiId", b"INT4", 4, &id.to_be_bytes());
+    attribute(b"PiSi", b"INT4", 4, &1_u32.to_be_bytes());
+    attribute(b"Left", b"INT4", 4, &x.to_be_bytes());
+    attribute(b"Top ", b"INT4", 4, &y.to_be_bytes());
+    attribute(b"Righ", b"INT4", 4, &x.to_be_bytes());
+    attribute(b"Bott", b"INT4", 4, &y.to_be_bytes());
+    attribute(b"ViId", b"INT4", 4, &1_u32.to_be_bytes());
+    let size = (file.len() - start - RECORD_HEADER_BYTES) as u32;
+    file[start + 12..start + 16].copy_from_slice(&size.to_be_bytes());
+}
+
+/// A block of a state file; its pixels are still in the file's bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Block<'a> {
+    /// Its number.
+    pub id: u32,
+    /// Its rectangle in the rendered picture.
+    pub window: Window,
+    /// Five big-endian numbers a pixel, row by row.
+    pixels: &'a [u8],
+}
+
+/// All whole blocks of a state file, in the order in which they were finished.
+///
+/// # Errors
+/// Where the file is not of this format. A record that is cut off at the end is
+/// left out, as POV-Ray does.
+pub fn blocks(file: &[u8]) -> Result<Vec<Block<'_>>, StateError> {
+    let header = file.get(..HEADER_BYTES).ok_or(StateError::Header)?;
+    if !header.starts_with(SIGNATURE) || &header[SIGNATURE.len()..][..4] != VERSION {
+        return Err(StateError::Header);
+    }
+    let mut found = Vec::new();
+    let mut at = HEADER_BYTES;
+    while let Some(head) = file.get(at..at + RECORD_HEADER_BYTES) {
+        if !head.starts_with(RECORD_SIGNATURE) || be_u32(head, 8) != Some(RECORD_VERSION) {
+            return Err(StateError::Record(at));
+        }
+        let size = be_u32(head, 12).ok_or(StateError::Record(at))? as usize;
+        let body = at + RECORD_HEADER_BYTES;
+        let Some(record) = body.checked_add(size).and_then(|end| file.get(body..end)) else {
+            break;
+        };
+        if let Some(block) = block(record).ok_or(StateError::Record(at))? {
+            found.push(block);
+        }
+        at = body + size;
+    }
+    Ok(found)
+}
+
+/// The block in a record, if it is about one. `None`: the record is damaged.
+fn block(record: &[u8]) -> Option<Option<Block<'_>>> {
+    let mut at = 8;
+    let (mut id, mut rectangle, mut pixels) = (None, [None; 4], None);
+    for _ in 0..be_u32(record, 4)? {
+        let key = record.get(at..at + 4)?;
+        let kind = record.get(at + 4..at + 8)?;
+        let length = be_u32(record, at + 8)? as usize;
+        let bytes = match kind {
+            // The length of a vector is a count of numbers.
+            b"VFL4" => length.checked_mul(4)?,
+            _ => length.checked_next_multiple_of(4)?,
+        };
+        let from = at + 12;
+        let value = record.get(from..from.checked_add(bytes)?)?;
+        match key {
+            b"PiId" => id = be_u32(value, 0),
+            b"Left" => rectangle[0] = be_u32(value, 0),
+            b"Top " => rectangle[1] = be_u32(value, 0),
+            b"Righ" => rectangle[2] = be_u32(value, 0),
+            b"Bott" => rectangle[3] = be_u32(value, 0),
+            b"PBlo" => pixels = Some(value),
+            _ => {}
+        }
+        at = from + bytes;
+    }
+    let ([Some(left), Some(top), Some(right), Some(bottom)], Some(id), Some(pixels)) =
+        (rectangle, id, pixels)
+    else {
+        return Some(None);
+    };
+    let window = Window {
+        x: left,
+        y: top,
+        width: right.checked_sub(left)?.checked_add(1)?,
+        height: bottom.checked_sub(top)?.checked_add(1)?,
+    };
+    if window.pixels().checked_mul(4 * CHANNELS)? != pixels.len() {
+        return None;
+    }
+    Some(Some(Block { id, window, pixels }))
+}
+
+fn be_u32(bytes: &[u8], at: usize) -> Option<u32> {
+    let four = bytes.get(at..at + 4)?;
+    Some(u32::from_be_bytes(four.try_into().ok()?))
+}
+
+/// Which pixels of a render have to be there.
+#[derive(Clone, Copy, Debug)]
+pub enum Wanted<'a> {
+    /// All of them.
+    All,
+    /// Those of these blocks of a picture of that size, ascending.
+    Blocks(&'a [u32], Size),
+}
+
+/// The rectangle of a block in a picture of `size`.
+pub fn block_window(size: Size, id: u32) -> Window {
+    let columns = size.width.div_ceil(BLOCK);
+    let (x, y) = (id % columns * BLOCK, id / columns * BLOCK);
+    Window { x, y, width: BLOCK, height: BLOCK }.intersection(size.window())
+}
+
+/// The pixels of `window` as red, green, blue and coverage. Where only blocks
+/// are wanted, the others stay empty.
+///
+/// # Errors
+/// Where the file is damaged, or a wanted pixel is missing.
+pub fn pixels(file: &[u8], window: Window, wanted: Wanted<'_>) -> Result<Vec<[f32; 4]>, StateError> {
+    let mut picture = vec![[0.0; 4]; window.pixels()];
+    let mut covered = 0_usize;
+    for block in blocks(file)? {
+        let is_wanted = match wanted {
+            Wanted::All => true,
+            Wanted::Blocks(ids, _) => ids.binary_search(&block.id).is_ok(),
+        };
+        if !is_wanted {
+            continue;
+        }
+        let part = block.window.intersection(window);
+        covered += part.pixels();
+        for y in part.y..part.bottom() {
+            let row = (y - block.window.y) as usize * block.window.width as usize;
+            let from = row + (part.x - block.window.x) as usize;
+            let into = (y - window.y) as usize * window.width as usize + (part.x - window.x) as usize;
+            let source = block.pixels[4 * CHANNELS * from..].chunks_exact(4 * CHANNELS);
+            let target = &mut picture[into..into + part.width as usize];
+            for (target, source) in target.iter_mut().zip(source) {
+                *target = pixel(source);
+            }
+        }
+    }
+    let expected = match wanted {
+        Wanted::All => window.pixels(),
+        Wanted::Blocks(ids, size) => ids.iter().map(|&id| block_window(size, id).pixels()).sum(),
+    };
+    if covered < expected {
+        return Err(StateError::Incomplete { missing: expected - covered, wanted: expected });
+    }
+    Ok(picture)
+}
+
+/// POV-Ray keeps what passes through, not what is covered.
+fn pixel(bytes: &[u8]) -> [f32; 4] {
+    let channel = |k: usize| {
+        let at = 4 * k;
+        f32::from_be_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+    };
+    [channel(0), channel(1), channel(2), 1.0 - channel(4)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const SIZE: Size = Size { width: 70, height: 40 };
+
+    #[test]
+    fn a_mask_marks_every_other_block() {
+        let file = masked(SIZE, &[1, 5]);
+        let ids: Vec<u32> = blocks(&file).unwrap().iter().map(|b| b.id).collect();
+        assert_eq!(ids, [0, 2, 3, 4]);
+        assert!(blocks(&file).unwrap().iter().all(|b| b.window.pixels() == 1));
+    }
+
+    #[test]
+    fn an_unfinished_render_is_noticed() {
+        let error = pixels(&empty(), SIZE.window(), Wanted::All).unwrap_err();
+        assert_eq!(error, StateError::Incomplete { missing: 2800, wanted: 2800 });
+        assert!(pixels(&masked(SIZE, &[3]), SIZE.window(), Wanted::Blocks(&[3], SIZE)).is_err());
+    }
+
+    #[test]
+    fn another_format_is_refused() {
+        assert_eq!(blocks(b"P6").unwrap_err(), StateError::Header);
+        let mut newer = empty();
+        newer[SIGNATURE.len() + 3] = b'2';
+        assert_eq!(blocks(&newer).unwrap_err(), StateError::Header);
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_files_do_not_panic(at in 512_usize..1100, byte: u8, cut in 0_usize..600) {
+            let mut file = masked(SIZE, &[1]);
+            let at = at % file.len();
+            file[at] = byte;
+            file.truncate(file.len().saturating_sub(cut));
+            let _ = pixels(&file, SIZE.window(), Wanted::All);
+        }
+    }
+}
