@@ -1,0 +1,85 @@
+//! Wavefront OBJ. Positions, faces, relative indices; groups and objects are
+//! put together. `l` and `p` are skipped.
+
+use std::io::{self, BufRead, Read};
+
+use glam::DVec3;
+use tobj::{LoadError, LoadOptions};
+
+use super::{MeshError, Soup};
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Soup, MeshError> {
+    // Old files have comments and names in other encodings.
+    let text = String::from_utf8_lossy(bytes);
+    let mut lines = Lines {
+        rest: text.as_bytes(),
+        read: 0,
+    };
+    let options = LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..LoadOptions::default()
+    };
+    let no_materials = |_: &std::path::Path| Err(LoadError::OpenFileFailed);
+    let loaded = tobj::load_obj_buf(&mut lines, &options, no_materials);
+    let (models, _) = loaded.map_err(|error| MeshError::Format {
+        // Faces are looked at when their group has ended: too late for a line.
+        line: (!is_late(error)).then_some(lines.read),
+        reason: error.to_string(),
+    })?;
+
+    let mut soup = Soup::default();
+    for model in models {
+        let first = soup.vertices.len() as u64;
+        let (positions, _) = model.mesh.positions.as_chunks::<3>();
+        soup.vertices
+            .extend(positions.iter().copied().map(DVec3::from_array));
+        let (triangles, _) = model.mesh.indices.as_chunks::<3>();
+        soup.triangles
+            .extend(triangles.iter().map(|t| t.map(|i| first + u64::from(i))));
+    }
+    Ok(soup)
+}
+
+fn is_late(error: LoadError) -> bool {
+    matches!(
+        error,
+        LoadError::InvalidPolygon
+            | LoadError::FaceVertexOutOfBounds
+            | LoadError::FaceTexCoordOutOfBounds
+            | LoadError::FaceNormalOutOfBounds
+            | LoadError::FaceColorOutOfBounds
+    )
+}
+
+/// Counts the lines that were read, for the messages.
+struct Lines<'a> {
+    rest: &'a [u8],
+    read: usize,
+}
+
+impl Read for Lines<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.rest.len().min(buffer.len());
+        buffer[..n].copy_from_slice(&self.rest[..n]);
+        self.consume(n);
+        Ok(n)
+    }
+}
+
+impl BufRead for Lines<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        Ok(self.rest)
+    }
+
+    fn consume(&mut self, n: usize) {
+        let (taken, rest) = self.rest.split_at(n);
+        self.read += taken.iter().filter(|&&b| b == b'\n').count();
+        // The last line may have no end.
+        if rest.is_empty() && taken.last().is_some_and(|&b| b != b'\n') {
+            self.read += 1;
+        }
+        self.rest = rest;
+    }
+}
