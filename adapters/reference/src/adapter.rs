@@ -1,0 +1,317 @@
+//! The adapter: requests in, layers out.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use decor_api::{
+    Abilities, Adapter, AdapterError, Baseline, DepthKind, Fragment, Health, Layer, LayerRequest,
+    LayerShot, NativeFile, Output, Region, RunContext, Said, Scene, SceneText, Size, Surroundings,
+    Window,
+};
+
+use crate::encode;
+use crate::health::sphere_is_where_it_should_be;
+use crate::model::Models;
+use crate::picture::Frame;
+use crate::shade::Shader;
+use crate::world::World;
+
+/// The side of the blocks of [`Region::Blocks`], in pixels.
+pub const BLOCK: u32 = 32;
+
+const NAME: &str = "reference";
+
+/// The in-process ray caster. It needs no installation and holds no state.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    abilities: Abilities,
+}
+
+impl Default for Reference {
+    fn default() -> Self {
+        Self {
+            abilities: Abilities {
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                csg: true,
+                fragments: &[],
+                depth_with_colour: true,
+                depth: DepthKind::AlongRay,
+                sample_position: (0.5, 0.5),
+                crop_grid: Some(BLOCK),
+                block_mask: true,
+                hidden_casters: false,
+                ray_list: false,
+                coverage: true,
+                shadows: true,
+                optics: true,
+                // One call already uses every core.
+                jobs: 1,
+                call_overhead_s: 0.0,
+                units: "scene units; lights fade only where the film says so",
+            },
+        }
+    }
+}
+
+impl Reference {
+    /// The adapter.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    fn layer(
+        &self,
+        models: &Models,
+        request: &LayerRequest<'_>,
+        shot: &LayerShot,
+        watch: &Watch<'_>,
+    ) -> Result<Layer, AdapterError> {
+        let world = World::new(models, &shot.scene)?;
+        let frame = Frame {
+            shader: Shader {
+                world: &world,
+                scene: &shot.scene,
+            },
+            camera: &shot.scene.camera,
+            size: request.size,
+            output: request.output,
+            antialias: request.antialias,
+        };
+        let may_go_on = || watch.may_go_on(shot.frame);
+        match &shot.region {
+            Region::Window(window) => {
+                if window.intersection(request.size.window()) != *window && !window.is_empty() {
+                    return Err(unsupported(format!("{window:?}: the picture is smaller")));
+                }
+                frame.draw(*window, &|_, _| true, &may_go_on)
+            }
+            Region::Blocks(blocks) => {
+                let mask = BlockMask::new(blocks, request.size)?;
+                frame.draw(mask.window, &|x, y| mask.contains(x, y), &may_go_on)
+            }
+        }
+    }
+}
+
+impl Adapter for Reference {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn abilities(&self) -> &Abilities {
+        &self.abilities
+    }
+
+    fn scene_text(&self, request: &LayerRequest<'_>) -> Result<SceneText, AdapterError> {
+        let scenes = || request.shots.iter().map(|shot| &*shot.scene);
+        scenes().try_for_each(refuse_native)?;
+        Models::prepare(request.prototypes, scenes())?;
+        Ok(SceneText { files: Vec::new() })
+    }
+
+    fn render(
+        &self,
+        request: &LayerRequest<'_>,
+        run: &RunContext,
+    ) -> Result<Vec<Layer>, AdapterError> {
+        let scenes = || request.shots.iter().map(|shot| &*shot.scene);
+        scenes().try_for_each(refuse_native)?;
+        let models = Models::prepare(request.prototypes, scenes())?;
+        let watch = Watch {
+            run,
+            started: Instant::now(),
+        };
+        run.tally.add_call(request.shots.len());
+        with_threads(run, || {
+            let shots = request.shots.iter();
+            shots
+                .map(|shot| self.layer(&models, request, shot, &watch))
+                .collect()
+        })
+    }
+
+    /// There are no fragments that it reads.
+    fn inspect(
+        &self,
+        fragments: &[&Fragment],
+        _includes: &[NativeFile],
+        _run: &RunContext,
+    ) -> Result<Vec<Said>, AdapterError> {
+        match fragments.first() {
+            Some(fragment) => Err(native(&fragment.file)),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// It reads neither declarations nor skies.
+    fn surroundings(
+        &self,
+        includes: &[NativeFile],
+        sky: Option<&NativeFile>,
+    ) -> Result<Surroundings, AdapterError> {
+        match includes.iter().chain(sky).next() {
+            Some(file) => Err(native(file)),
+            None => Ok(Surroundings::default()),
+        }
+    }
+
+    fn baseline(
+        &self,
+        request: &Baseline<'_>,
+        run: &RunContext,
+    ) -> Result<Vec<(u32, PathBuf)>, AdapterError> {
+        let folder = run.work.join("reference");
+        std::fs::create_dir_all(&folder).map_err(AdapterError::io(&folder))?;
+        let scenes = || request.frames.iter().map(|(_, scene)| &**scene);
+        scenes().try_for_each(refuse_native)?;
+        let models = Models::prepare(request.prototypes, scenes())?;
+        let watch = Watch {
+            run,
+            started: Instant::now(),
+        };
+        run.tally.add_call(request.frames.len());
+        with_threads(run, || {
+            let mut files = Vec::with_capacity(request.frames.len());
+            for (frame, scene) in &request.frames {
+                let shot = LayerShot {
+                    frame: *frame,
+                    scene: Arc::clone(scene),
+                    region: Region::Window(request.size.window()),
+                };
+                let whole = LayerRequest {
+                    prototypes: request.prototypes,
+                    size: request.size,
+                    output: Output::ColourOverBackground,
+                    antialias: request.antialias,
+                    film: Some(request.film),
+                    shots: Vec::new(),
+                    label: String::new(),
+                };
+                let layer = self.layer(&models, &whole, &shot, &watch)?;
+                let ending = request.format.extension();
+                let file = folder.join(format!("baseline_{frame:04}.{ending}"));
+                encode::write(&layer, request.size, request.format, &file)?;
+                files.push((*frame, file));
+            }
+            Ok(files)
+        })
+    }
+
+    fn encode(&self, linear: f32, max: u32) -> u32 {
+        encode::step(linear, max)
+    }
+
+    fn health(&self, run: &RunContext) -> Health {
+        Health {
+            program: None,
+            version: Some(self.abilities.version.clone()),
+            checks: vec![(
+                "the depth of a sphere".to_owned(),
+                sphere_is_where_it_should_be(self, run),
+            )],
+            install: "nothing: it is part of decor".to_owned(),
+        }
+    }
+}
+
+/// Something that it cannot draw.
+pub(crate) fn unsupported(what: String) -> AdapterError {
+    AdapterError::Unsupported {
+        adapter: NAME.to_owned(),
+        what,
+    }
+}
+
+fn native(file: &NativeFile) -> AdapterError {
+    unsupported(format!(
+        "{}: only the renderer that it is written for reads it",
+        file.path.display()
+    ))
+}
+
+fn refuse_native(scene: &Scene) -> Result<(), AdapterError> {
+    match scene.includes.iter().chain(&scene.sky).next() {
+        Some(file) => Err(native(file)),
+        None => Ok(()),
+    }
+}
+
+/// Runs `work` with as many threads as the run allows.
+fn with_threads<T: Send>(
+    run: &RunContext,
+    work: impl FnOnce() -> Result<T, AdapterError> + Send,
+) -> Result<T, AdapterError> {
+    let Some(threads) = run.threads else {
+        return work();
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.max(1))
+        .build()
+        .map_err(|error| AdapterError::Start {
+            program: format!("{threads} threads"),
+            source: std::io::Error::other(error),
+        })?;
+    pool.install(work)
+}
+
+/// Ends a call that was stopped, or that takes too long.
+struct Watch<'a> {
+    run: &'a RunContext,
+    started: Instant,
+}
+
+impl Watch<'_> {
+    fn may_go_on(&self, frame: u32) -> Result<(), AdapterError> {
+        if self.run.is_cancelled() {
+            return Err(AdapterError::Cancelled);
+        }
+        if self.started.elapsed() > self.run.timeout {
+            return Err(AdapterError::TimedOut {
+                program: format!("the {NAME} adapter"),
+                doing: format!("frame {frame}"),
+                limit: self.run.timeout,
+                stderr: String::new(),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// The blocks that are wanted, and the window around them.
+struct BlockMask {
+    window: Window,
+    columns: u32,
+    wanted: Vec<bool>,
+}
+
+impl BlockMask {
+    fn new(blocks: &[u32], size: Size) -> Result<Self, AdapterError> {
+        let columns = size.width.div_ceil(BLOCK);
+        let count = columns as usize * size.height.div_ceil(BLOCK) as usize;
+        let mut mask = Self {
+            window: Window::EMPTY,
+            columns,
+            wanted: vec![false; count],
+        };
+        for &block in blocks {
+            let Some(wanted) = mask.wanted.get_mut(block as usize) else {
+                return Err(unsupported(format!("block {block}: there are {count}")));
+            };
+            *wanted = true;
+            let pixel = Window {
+                x: block % columns * BLOCK,
+                y: block / columns * BLOCK,
+                width: 1,
+                height: 1,
+            };
+            mask.window = mask.window.union(pixel.on_grid(BLOCK, size));
+        }
+        Ok(mask)
+    }
+
+    fn contains(&self, x: u32, y: u32) -> bool {
+        let block = y / BLOCK * self.columns + x / BLOCK;
+        self.wanted.get(block as usize).copied().unwrap_or(false)
+    }
+}
