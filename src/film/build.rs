@@ -1,0 +1,444 @@
+//! From drafts to a film: everything that compares statements with each other,
+//! with the whole film and with the file system.
+
+use std::sync::Arc;
+
+use decor_api::{Antialias, CameraError, Light, Rgb, Size};
+use glam::DVec3;
+
+use super::draft::{At, Draft};
+use super::frame::{Now, Since, View};
+use super::intern::Interner;
+use super::keyword::Keyword;
+use super::mark::{Faults, Mark};
+use super::model::{Film, Moving, Placed, Scene, Stated};
+use super::paths::Folder;
+use super::problem::Problem;
+use super::view_run::first_without_camera;
+
+/// Takes drafts in the order of the text and gives a film, or what is wrong.
+#[derive(Debug)]
+pub(super) struct Builder {
+    pub(super) faults: Faults,
+    pub(super) interner: Interner,
+    pub(super) size: Option<At<Size>>,
+    pub(super) images: Option<At<u32>>,
+    /// A size is stated, rightly or not, or something that may be one.
+    size_attempted: bool,
+    /// The first scene's number, where it could be read, and its place.
+    first: Option<(Option<u32>, Mark)>,
+    /// The largest scene number so far.
+    newest: Option<u32>,
+    /// Numbers and places of the scenes, to compare with the number of frames.
+    numbers: Vec<(u32, Mark)>,
+    force: Force,
+    scenes: Vec<Scene>,
+}
+
+/// What is in force after the last scene, with its places; the parts that a
+/// film must state may still be missing.
+#[derive(Debug, Default)]
+struct Force {
+    eye: Option<(Since<Moving>, Mark)>,
+    aim: Option<(Since<Moving>, Mark)>,
+    up: Option<(Since<DVec3>, Mark)>,
+    angles_deg: Option<(f64, f64)>,
+    shadows: bool,
+    background: Rgb,
+    antialias: Option<Antialias>,
+    lights: Arc<[Light]>,
+    sky: Option<u32>,
+    objects: Option<(Since<Arc<[Placed]>>, Vec<Mark>)>,
+    trial: Trial,
+}
+
+/// Does what is in force make a camera?
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Trial {
+    #[default]
+    Open,
+    Good,
+    /// No, and that was said.
+    Bad,
+}
+
+impl Builder {
+    pub(super) fn new(folder: Folder) -> Self {
+        Self {
+            faults: Faults::default(),
+            interner: Interner::new(folder),
+            size: None,
+            images: None,
+            size_attempted: false,
+            first: None,
+            newest: None,
+            numbers: Vec::new(),
+            force: Force::default(),
+            scenes: Vec::new(),
+        }
+    }
+
+    /// Adds the next scene.
+    pub(super) fn add(&mut self, draft: &Draft) {
+        let is_first = self.first.is_none();
+        let number = self.number(draft);
+        self.whole_film(draft);
+        if is_first {
+            self.required(draft);
+        }
+        self.check_empty_lists(draft);
+        self.interner.begin_scene();
+        let stated = self.state(draft);
+        self.force.update(number, draft, &stated);
+        if let Some(now) = self.force.now() {
+            self.scenes.push(Scene {
+                number,
+                stated,
+                now,
+            });
+        }
+    }
+
+    /// A scene stands at `mark` that could not be read at all.
+    pub(super) fn skip(&mut self, mark: Mark) {
+        self.first.get_or_insert((None, mark));
+        self.size_attempted = true;
+    }
+
+    /// The scene's number; the frames that the scene before it holds end here.
+    fn number(&mut self, draft: &Draft) -> u32 {
+        self.first.get_or_insert((draft.number, draft.mark));
+        let Some(number) = draft.number else {
+            return self.newest.map_or(0, |n| n.saturating_add(1));
+        };
+        match self.newest {
+            Some(before) if number <= before => {
+                let problem = Problem::SceneNotGrowing { number, before };
+                self.faults.push(draft.mark, problem);
+                return number;
+            }
+            Some(before) => {
+                let ends_objects = draft.lists_objects();
+                self.hold(before, number - 1, ends_objects);
+            }
+            None => {}
+        }
+        self.newest = Some(number);
+        self.numbers.push((number, draft.mark));
+        number
+    }
+
+    /// What holds for the whole film, wherever it is stated.
+    fn whole_film(&mut self, draft: &Draft) {
+        self.size_attempted |= draft.riddled || draft.attempted(Keyword::Size);
+        let size = |s: &Size| format!("{} × {}", s.width, s.height);
+        restate(
+            "the size",
+            &mut self.size,
+            &draft.size,
+            size,
+            &mut self.faults,
+        );
+        let what = "the number of frames";
+        restate(
+            what,
+            &mut self.images,
+            &draft.images,
+            u32::to_string,
+            &mut self.faults,
+        );
+    }
+
+    /// What the first scene must state.
+    fn required(&mut self, draft: &Draft) {
+        for keyword in [Keyword::Eye, Keyword::Aim, Keyword::Angles] {
+            if !draft.riddled && !draft.attempted(keyword) {
+                let what = keyword.name();
+                self.faults.push(draft.mark, Problem::MissingFirst { what });
+            }
+        }
+    }
+
+    /// An empty list would be kept, not emptied, where there is one to keep.
+    fn check_empty_lists(&mut self, draft: &Draft) {
+        let objects = self.force.objects.as_ref();
+        for list in &draft.empty_lists {
+            let kept = match list.value {
+                "objects" => objects.is_some_and(|(_, marks)| !marks.is_empty()),
+                _ => !self.force.lights.is_empty(),
+            };
+            if kept {
+                let what = list.value;
+                self.faults.push(list.mark, Problem::EmptyList { what });
+            }
+        }
+    }
+
+    /// The draft with what it names resolved.
+    fn state(&mut self, draft: &Draft) -> Stated {
+        let Self {
+            interner, faults, ..
+        } = self;
+        let includes = draft.includes.iter();
+        let includes = includes.filter_map(|path| interner.include(path, faults));
+        let includes = includes.collect();
+        let sky = draft.sky.as_ref();
+        let sky = sky.and_then(|path| interner.native(path, faults));
+        let objects = draft.objects.iter();
+        let objects = objects.filter_map(|object| interner.object(object, faults));
+        let objects = objects.collect();
+        Stated {
+            eye: draft.eye.as_ref().map(|at| at.value),
+            aim: draft.aim.as_ref().map(|at| at.value),
+            up: draft.up.as_ref().map(|at| at.value),
+            angles_deg: draft.angles_deg,
+            shadows: draft.shadows,
+            size: draft.size.as_ref().map(|at| at.value),
+            background: draft.background,
+            antialias: draft.antialias,
+            images: draft.images.as_ref().map(|at| at.value),
+            lights: draft.lights.clone().into(),
+            includes,
+            sky,
+            objects,
+        }
+    }
+
+    /// The frames `first..=last` show what is in force: is there a camera in
+    /// all of them, and do the objects stay finite? Objects are looked at where
+    /// their list ends.
+    pub(super) fn hold(&mut self, first: u32, last: u32, ends_objects: bool) {
+        let Self { force, faults, .. } = self;
+        force.try_camera(first, last, faults);
+        if !ends_objects {
+            return;
+        }
+        let Some((objects, marks)) = &force.objects else {
+            return;
+        };
+        // A list with an error in it has fewer objects than places.
+        if objects.value.len() != marks.len() {
+            return;
+        }
+        for (placed, mark) in objects.value.iter().zip(marks) {
+            let pose = placed.pose_after(last.saturating_sub(objects.frame));
+            if !pose.position.is_finite() || !pose.angles_deg.is_finite() {
+                let name = self.interner.tables.identities[placed.object.0 as usize].name();
+                let what = format!("the object `{name}`");
+                faults.push(*mark, Problem::NotFiniteLater { what, frame: last });
+            }
+        }
+    }
+
+    /// The film's last frame, from what was stated so far.
+    pub(super) fn last(&mut self) -> Option<u32> {
+        let first = self.first?.0?;
+        let Some(At {
+            value: images,
+            mark,
+        }) = self.images
+        else {
+            return self.newest;
+        };
+        // Readers refuse a film of 0 frames.
+        let last = first.checked_add(images.saturating_sub(1));
+        if last.is_none() {
+            let problem = Problem::TooManyFrames { first, images };
+            self.faults.push(mark, problem);
+        }
+        last
+    }
+
+    /// The text is at its end; `end` is a place for what it lacks.
+    pub(super) fn finish(mut self, end: Mark) -> Result<Film, Faults> {
+        let Some((_, first_mark)) = self.first else {
+            if self.faults.is_empty() {
+                self.faults.push(end, Problem::NoFrame);
+            }
+            return Err(self.faults);
+        };
+        if self.size.is_none() && !self.size_attempted {
+            let what = Keyword::Size.name();
+            self.faults.push(first_mark, Problem::Missing { what });
+        }
+        let last = self.last();
+        if let Some(last) = last {
+            for (number, mark) in std::mem::take(&mut self.numbers) {
+                if number > last {
+                    let problem = Problem::SceneBeyond { number, last };
+                    self.faults.push(mark, problem);
+                }
+            }
+            if let Some(newest) = self.newest {
+                self.hold(newest, last.max(newest), true);
+            }
+        }
+        match (self.size, last) {
+            (Some(size), Some(last)) if self.faults.is_empty() && !self.scenes.is_empty() => {
+                Ok(Film {
+                    folder: self.interner.folder(),
+                    size: size.value,
+                    last,
+                    tables: self.interner.tables,
+                    scenes: self.scenes,
+                })
+            }
+            _ => Err(self.faults),
+        }
+    }
+}
+
+/// Keeps the first statement of what holds for the whole film; another one must
+/// say the same.
+fn restate<T: Clone + PartialEq>(
+    what: &'static str,
+    kept: &mut Option<At<T>>,
+    stated: &Option<At<T>>,
+    show: impl Fn(&T) -> String,
+    faults: &mut Faults,
+) {
+    match (&*kept, stated) {
+        (Some(before), Some(again)) if before.value != again.value => {
+            let (before, line) = (show(&before.value), before.mark.line);
+            let problem = Problem::Restated { what, before, line };
+            faults.push(again.mark, problem);
+        }
+        (None, Some(first)) => *kept = Some(first.clone()),
+        _ => {}
+    }
+}
+
+impl Force {
+    fn update(&mut self, number: u32, draft: &Draft, stated: &Stated) {
+        let since = |at: &At<Moving>| {
+            let value = at.value;
+            (
+                Since {
+                    frame: number,
+                    value,
+                },
+                at.mark,
+            )
+        };
+        if let Some(eye) = &draft.eye {
+            self.eye = Some(since(eye));
+            self.trial = Trial::Open;
+        }
+        if let Some(aim) = &draft.aim {
+            self.aim = Some(since(aim));
+            self.trial = Trial::Open;
+        }
+        if let Some(up) = &draft.up {
+            let value = up.value;
+            self.up = Some((
+                Since {
+                    frame: number,
+                    value,
+                },
+                up.mark,
+            ));
+            self.trial = Trial::Open;
+        }
+        self.angles_deg = stated.angles_deg.or(self.angles_deg);
+        self.shadows = stated.shadows.unwrap_or(self.shadows);
+        self.background = stated.background.unwrap_or(self.background);
+        self.antialias = stated.antialias.unwrap_or(self.antialias);
+        self.sky = stated.sky.or(self.sky);
+        if !stated.lights.is_empty() {
+            self.lights = stated.lights.clone();
+        }
+        if draft.lists_objects() || self.objects.is_none() {
+            let value = stated.objects.clone();
+            let marks = draft.objects.iter().map(|object| object.mark).collect();
+            self.objects = Some((
+                Since {
+                    frame: number,
+                    value,
+                },
+                marks,
+            ));
+        }
+    }
+
+    fn view(&self) -> Option<View> {
+        Some(View {
+            eye: self.eye.as_ref()?.0,
+            aim: self.aim.as_ref()?.0,
+            up: self.up.as_ref().map_or(DVec3::Y, |(up, _)| up.value),
+            angles_deg: self.angles_deg?,
+        })
+    }
+
+    fn now(&self) -> Option<Now> {
+        Some(Now {
+            view: self.view()?,
+            shadows: self.shadows,
+            background: self.background,
+            antialias: self.antialias,
+            lights: self.lights.clone(),
+            sky: self.sky,
+            objects: self.objects.as_ref()?.0.clone(),
+        })
+    }
+
+    /// Is there a camera in the frames `first..=last`? What is wrong is said at
+    /// the newest statement that has to do with it, and once.
+    fn try_camera(&mut self, first: u32, last: u32, faults: &mut Faults) {
+        let (Some((eye, eye_mark)), Some((aim, aim_mark))) = (self.eye, self.aim) else {
+            return;
+        };
+        let still = eye.value.velocity == DVec3::ZERO && aim.value.velocity == DVec3::ZERO;
+        if self.trial == Trial::Bad || (self.trial == Trial::Good && still) {
+            return;
+        }
+        let (up, up_mark) = match self.up {
+            Some((up, mark)) => (up, mark),
+            None => {
+                let (frame, value) = (eye.frame, DVec3::Y);
+                (Since { frame, value }, eye_mark)
+            }
+        };
+        let view = View {
+            eye,
+            aim,
+            up: up.value,
+            // Angles are checked by themselves, and may be missing here.
+            angles_deg: self.angles_deg.unwrap_or((60.0, 60.0)),
+        };
+        let Some((frame, error)) = first_without_camera(&view, first..=last) else {
+            self.trial = Trial::Good;
+            return;
+        };
+        self.trial = Trial::Bad;
+        let points = [(eye.frame, eye_mark), (aim.frame, aim_mark)];
+        let all = [points[0], points[1], (up.frame, up_mark)];
+        let (eye_there, aim_there) = (eye.at(frame), aim.at(frame));
+        let (stated, problem): (&[(u32, Mark)], _) = match error {
+            CameraError::NotFinite => {
+                let (point, what) = if eye_there.is_finite() {
+                    (&points[1..], "the aim")
+                } else {
+                    (&points[..1], "the eye")
+                };
+                let what = what.to_owned();
+                (point, Problem::NotFiniteLater { what, frame })
+            }
+            CameraError::EyeIsAim if eye_there != aim_there => {
+                (&points, Problem::TooFarApart { frame })
+            }
+            CameraError::EyeIsAim => (&points, Problem::EyeIsAim { frame: None }),
+            CameraError::UpAlongView | CameraError::Angle => {
+                (&all, Problem::UpAlongView { frame: None })
+            }
+        };
+        let newest = stated.iter().max_by_key(|(_, mark)| mark.line);
+        let (stated_in, mark) = newest.copied().unwrap_or(points[0]);
+        let later = (stated_in != frame).then_some(frame);
+        let problem = match problem {
+            Problem::EyeIsAim { .. } => Problem::EyeIsAim { frame: later },
+            Problem::UpAlongView { .. } => Problem::UpAlongView { frame: later },
+            other => other,
+        };
+        faults.push(mark, problem);
+    }
+}
