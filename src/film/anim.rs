@@ -1,4 +1,5 @@
-//! The film as the thesis writes it (Annexe A-1): reading.
+//! The film as the thesis writes it (Annexe A-1): reading, and in
+//! [`write()`] writing.
 //!
 //! A blank may follow the signs `@`, `*` and `!`. The form has no escapes: a path
 //! or a name with a quotation mark or a control character cannot be stated, in
@@ -16,6 +17,8 @@ use super::model::Film;
 use super::paths::Folder;
 use super::problem::Problem;
 use super::statements;
+
+pub use super::write::write;
 
 /// Reads the text of an `.anim` file. `name` is what messages call it, `folder`
 /// what its paths are relative to.

@@ -1,20 +1,16 @@
 //! From drafts to a film: everything that compares statements with each other,
 //! with the whole film and with the file system.
 
-use std::sync::Arc;
-
-use decor_api::{Antialias, CameraError, Light, Rgb, Size};
-use glam::DVec3;
+use decor_api::Size;
 
 use super::draft::{At, Draft};
-use super::frame::{Now, Since, View};
+use super::force::Force;
 use super::intern::Interner;
 use super::keyword::Keyword;
 use super::mark::{Faults, Mark};
-use super::model::{Film, Moving, Placed, Scene, Stated};
+use super::model::{Film, Scene, Stated};
 use super::paths::Folder;
 use super::problem::Problem;
-use super::view_run::first_without_camera;
 
 /// Takes drafts in the order of the text and gives a film, or what is wrong.
 #[derive(Debug)]
@@ -33,33 +29,6 @@ pub(super) struct Builder {
     numbers: Vec<(u32, Mark)>,
     force: Force,
     scenes: Vec<Scene>,
-}
-
-/// What is in force after the last scene, with its places; the parts that a
-/// film must state may still be missing.
-#[derive(Debug, Default)]
-struct Force {
-    eye: Option<(Since<Moving>, Mark)>,
-    aim: Option<(Since<Moving>, Mark)>,
-    up: Option<(Since<DVec3>, Mark)>,
-    angles_deg: Option<(f64, f64)>,
-    shadows: bool,
-    background: Rgb,
-    antialias: Option<Antialias>,
-    lights: Arc<[Light]>,
-    sky: Option<u32>,
-    objects: Option<(Since<Arc<[Placed]>>, Vec<Mark>)>,
-    trial: Trial,
-}
-
-/// Does what is in force make a camera?
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Trial {
-    #[default]
-    Open,
-    Good,
-    /// No, and that was said.
-    Bad,
 }
 
 impl Builder {
@@ -249,6 +218,58 @@ impl Builder {
         last
     }
 
+    /// The largest scene number so far.
+    pub(super) fn newest(&self) -> Option<u32> {
+        self.newest
+    }
+
+    /// The scenes so far; of a stream, the last two.
+    pub(super) fn scenes(&self) -> &[Scene] {
+        &self.scenes
+    }
+
+    /// After every scene of a stream, stated at `mark`: is all there that its
+    /// frame needs? What no later frame needs is forgotten.
+    pub(super) fn check_stream(&mut self, mark: Mark) {
+        self.check_size(mark);
+        let last = self.last();
+        self.check_beyond(last);
+        if let Some(newest) = self.newest {
+            self.hold(newest, newest, true);
+        }
+        let old = self.scenes.len().saturating_sub(2);
+        self.scenes.drain(..old);
+    }
+
+    /// At the end of a stream: was there anything, and are its remaining frames
+    /// as they should be?
+    pub(super) fn check_end(&mut self, end: Mark) {
+        if self.first.is_none() {
+            self.faults.push(end, Problem::NoFrame);
+        }
+        if let (Some(last), Some(newest)) = (self.last(), self.newest) {
+            self.hold(newest, last.max(newest), true);
+        }
+    }
+
+    fn check_size(&mut self, mark: Mark) {
+        if self.size.is_none() && !self.size_attempted {
+            let what = Keyword::Size.name();
+            self.faults.push(mark, Problem::Missing { what });
+        }
+    }
+
+    /// Does every scene lie in the film?
+    fn check_beyond(&mut self, last: Option<u32>) {
+        let Some(last) = last else { return };
+        for (number, mark) in std::mem::take(&mut self.numbers) {
+            if number > last {
+                let problem = Problem::SceneBeyond { number, last };
+                self.faults.push(mark, problem);
+            }
+        }
+    }
+
     /// The text is at its end; `end` is a place for what it lacks.
     pub(super) fn finish(mut self, end: Mark) -> Result<Film, Faults> {
         let Some((_, first_mark)) = self.first else {
@@ -257,21 +278,11 @@ impl Builder {
             }
             return Err(self.faults);
         };
-        if self.size.is_none() && !self.size_attempted {
-            let what = Keyword::Size.name();
-            self.faults.push(first_mark, Problem::Missing { what });
-        }
+        self.check_size(first_mark);
         let last = self.last();
-        if let Some(last) = last {
-            for (number, mark) in std::mem::take(&mut self.numbers) {
-                if number > last {
-                    let problem = Problem::SceneBeyond { number, last };
-                    self.faults.push(mark, problem);
-                }
-            }
-            if let Some(newest) = self.newest {
-                self.hold(newest, last.max(newest), true);
-            }
+        self.check_beyond(last);
+        if let (Some(last), Some(newest)) = (last, self.newest) {
+            self.hold(newest, last.max(newest), true);
         }
         match (self.size, last) {
             (Some(size), Some(last)) if self.faults.is_empty() && !self.scenes.is_empty() => {
@@ -305,140 +316,5 @@ fn restate<T: Clone + PartialEq>(
         }
         (None, Some(first)) => *kept = Some(first.clone()),
         _ => {}
-    }
-}
-
-impl Force {
-    fn update(&mut self, number: u32, draft: &Draft, stated: &Stated) {
-        let since = |at: &At<Moving>| {
-            let value = at.value;
-            (
-                Since {
-                    frame: number,
-                    value,
-                },
-                at.mark,
-            )
-        };
-        if let Some(eye) = &draft.eye {
-            self.eye = Some(since(eye));
-            self.trial = Trial::Open;
-        }
-        if let Some(aim) = &draft.aim {
-            self.aim = Some(since(aim));
-            self.trial = Trial::Open;
-        }
-        if let Some(up) = &draft.up {
-            let value = up.value;
-            self.up = Some((
-                Since {
-                    frame: number,
-                    value,
-                },
-                up.mark,
-            ));
-            self.trial = Trial::Open;
-        }
-        self.angles_deg = stated.angles_deg.or(self.angles_deg);
-        self.shadows = stated.shadows.unwrap_or(self.shadows);
-        self.background = stated.background.unwrap_or(self.background);
-        self.antialias = stated.antialias.unwrap_or(self.antialias);
-        self.sky = stated.sky.or(self.sky);
-        if !stated.lights.is_empty() {
-            self.lights = stated.lights.clone();
-        }
-        if draft.lists_objects() || self.objects.is_none() {
-            let value = stated.objects.clone();
-            let marks = draft.objects.iter().map(|object| object.mark).collect();
-            self.objects = Some((
-                Since {
-                    frame: number,
-                    value,
-                },
-                marks,
-            ));
-        }
-    }
-
-    fn view(&self) -> Option<View> {
-        Some(View {
-            eye: self.eye.as_ref()?.0,
-            aim: self.aim.as_ref()?.0,
-            up: self.up.as_ref().map_or(DVec3::Y, |(up, _)| up.value),
-            angles_deg: self.angles_deg?,
-        })
-    }
-
-    fn now(&self) -> Option<Now> {
-        Some(Now {
-            view: self.view()?,
-            shadows: self.shadows,
-            background: self.background,
-            antialias: self.antialias,
-            lights: self.lights.clone(),
-            sky: self.sky,
-            objects: self.objects.as_ref()?.0.clone(),
-        })
-    }
-
-    /// Is there a camera in the frames `first..=last`? What is wrong is said at
-    /// the newest statement that has to do with it, and once.
-    fn try_camera(&mut self, first: u32, last: u32, faults: &mut Faults) {
-        let (Some((eye, eye_mark)), Some((aim, aim_mark))) = (self.eye, self.aim) else {
-            return;
-        };
-        let still = eye.value.velocity == DVec3::ZERO && aim.value.velocity == DVec3::ZERO;
-        if self.trial == Trial::Bad || (self.trial == Trial::Good && still) {
-            return;
-        }
-        let (up, up_mark) = match self.up {
-            Some((up, mark)) => (up, mark),
-            None => {
-                let (frame, value) = (eye.frame, DVec3::Y);
-                (Since { frame, value }, eye_mark)
-            }
-        };
-        let view = View {
-            eye,
-            aim,
-            up: up.value,
-            // Angles are checked by themselves, and may be missing here.
-            angles_deg: self.angles_deg.unwrap_or((60.0, 60.0)),
-        };
-        let Some((frame, error)) = first_without_camera(&view, first..=last) else {
-            self.trial = Trial::Good;
-            return;
-        };
-        self.trial = Trial::Bad;
-        let points = [(eye.frame, eye_mark), (aim.frame, aim_mark)];
-        let all = [points[0], points[1], (up.frame, up_mark)];
-        let (eye_there, aim_there) = (eye.at(frame), aim.at(frame));
-        let (stated, problem): (&[(u32, Mark)], _) = match error {
-            CameraError::NotFinite => {
-                let (point, what) = if eye_there.is_finite() {
-                    (&points[1..], "the aim")
-                } else {
-                    (&points[..1], "the eye")
-                };
-                let what = what.to_owned();
-                (point, Problem::NotFiniteLater { what, frame })
-            }
-            CameraError::EyeIsAim if eye_there != aim_there => {
-                (&points, Problem::TooFarApart { frame })
-            }
-            CameraError::EyeIsAim => (&points, Problem::EyeIsAim { frame: None }),
-            CameraError::UpAlongView | CameraError::Angle => {
-                (&all, Problem::UpAlongView { frame: None })
-            }
-        };
-        let newest = stated.iter().max_by_key(|(_, mark)| mark.line);
-        let (stated_in, mark) = newest.copied().unwrap_or(points[0]);
-        let later = (stated_in != frame).then_some(frame);
-        let problem = match problem {
-            Problem::EyeIsAim { .. } => Problem::EyeIsAim { frame: later },
-            Problem::UpAlongView { .. } => Problem::UpAlongView { frame: later },
-            other => other,
-        };
-        faults.push(mark, problem);
     }
 }

@@ -29,8 +29,10 @@ mod build;
 mod draft;
 mod error;
 mod fields;
+mod force;
 mod frame;
 mod intern;
+pub mod jsonl;
 mod keyword;
 mod lines;
 mod locate;
@@ -39,13 +41,49 @@ mod model;
 mod paths;
 mod problem;
 mod ranges;
+mod scene_json;
+mod schema;
 mod statements;
+mod stream;
 mod view_run;
+mod write;
 
+pub use anim::write as write_anim;
 pub use error::{FilmError, FilmErrors};
 pub use frame::{FrameState, ObjectState};
+pub use jsonl::write as write_jsonl;
 pub use model::{DescriptionId, Film, Identity, Motion, NamedFile, ObjectId};
 pub use problem::Problem;
+pub use stream::FilmStream;
+
+/// The forms of a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The thesis's, `.anim`.
+    Anim,
+    /// One JSON object a line, `.jsonl`.
+    JsonLines,
+}
+
+impl Form {
+    /// The form that a name's ending says.
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()? {
+            "anim" => Some(Self::Anim),
+            "jsonl" => Some(Self::JsonLines),
+            _ => None,
+        }
+    }
+
+    /// The film as text in this form. Reading it in the film's folder gives an
+    /// equal film, every number bit for bit.
+    pub fn write(self, film: &Film) -> String {
+        match self {
+            Self::Anim => write_anim(film),
+            Self::JsonLines => write_jsonl(film),
+        }
+    }
+}
 
 /// Reads a film, in the form that its name's ending says. Its paths are
 /// relative to its folder; `allow_outside` lets them leave it.
@@ -54,9 +92,10 @@ pub use problem::Problem;
 /// Everything that is wrong with it.
 pub fn read(path: &Path, allow_outside: bool) -> Result<Film, FilmErrors> {
     let name = path.display().to_string();
-    let parse = match path.extension().and_then(|ending| ending.to_str()) {
-        Some("anim") => anim::parse,
-        _ => {
+    let parse = match Form::of(path) {
+        Some(Form::Anim) => anim::parse,
+        Some(Form::JsonLines) => jsonl::parse,
+        None => {
             let problem = Problem::UnknownForm { name: name.clone() };
             return Err(FilmErrors::of_file(&name, problem));
         }

@@ -132,6 +132,12 @@ pub(super) struct Tables {
     pub(super) includes: Vec<u32>,
 }
 
+impl Tables {
+    pub(super) fn includes(&self) -> impl Iterator<Item = &NamedFile> {
+        self.includes.iter().map(|&i| &self.natives[i as usize])
+    }
+}
+
 /// A film that cannot be wrong: it comes from a reader, which checked it.
 ///
 /// It keeps what was stated, so that it can be written again without loss, and
@@ -185,8 +191,7 @@ impl Film {
     /// The renderer-native declarations for every pass of every frame, in the
     /// order of first mention.
     pub fn includes(&self) -> impl Iterator<Item = &NamedFile> {
-        let natives = &self.tables.natives;
-        self.tables.includes.iter().map(|&i| &natives[i as usize])
+        self.tables.includes()
     }
 
     /// The numbers of the stated scenes, ascending. The frames between are
