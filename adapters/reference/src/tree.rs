@@ -13,13 +13,15 @@ use crate::ray::Ray;
 /// visited.
 pub(crate) struct Tree {
     bvh: Bvh,
+    /// Which leaf stands at each place of parry's tree, which has no gaps.
+    bounded: Vec<u32>,
     unbounded: Vec<u32>,
 }
 
 impl Tree {
     /// Leaf `i` lies in the `i`-th box.
     pub fn new(boxes: impl IntoIterator<Item = Extent>) -> Self {
-        let mut unbounded = Vec::new();
+        let (mut bounded, mut unbounded) = (Vec::new(), Vec::new());
         let mut leaves = Vec::new();
         for (number, extent) in (0_u32..).zip(boxes) {
             let extent = extent.widened();
@@ -27,14 +29,15 @@ impl Tree {
                 continue;
             }
             if extent.is_bounded() {
-                let aabb = Aabb::new(to_parry(extent.min), to_parry(extent.max));
-                leaves.push((number as usize, aabb));
+                bounded.push(number);
+                leaves.push(Aabb::new(to_parry(extent.min), to_parry(extent.max)));
             } else {
                 unbounded.push(number);
             }
         }
         Self {
-            bvh: Bvh::from_iter(BvhBuildStrategy::Binned, leaves),
+            bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves),
+            bounded,
             unbounded,
         }
     }
@@ -63,7 +66,7 @@ impl Tree {
                 let entry = slabs.entry(node, after, best);
                 entry.unwrap_or(f64::MAX)
             },
-            |leaf, best| (visit.borrow_mut())(leaf, best),
+            |place, best| (visit.borrow_mut())(self.bounded[place as usize], best),
         );
     }
 
@@ -78,8 +81,8 @@ impl Tree {
             if entry.is_none() {
                 return TraversalAction::Prune;
             }
-            if let Some(leaf) = node.leaf_data() {
-                visit(leaf);
+            if let Some(place) = node.leaf_data() {
+                visit(self.bounded[place as usize]);
             }
             TraversalAction::Continue
         });
