@@ -32,6 +32,7 @@ mod primitive;
 mod ray;
 mod roots;
 mod shade;
+mod solid;
 mod span;
 mod torus;
 mod tree;

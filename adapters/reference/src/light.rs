@@ -24,30 +24,59 @@ pub(crate) fn arriving(light: &Light, point: DVec3) -> Option<Arriving> {
     })
 }
 
-/// The ways that shadows are looked for on: direction (of length 1) and
-/// distance, one or, for an area light, one a sample.
-pub(crate) fn ways(light: &Light, point: DVec3) -> Vec<(DVec3, f64)> {
-    let LightKind::Area { u, v, nu, nv } = light.kind else {
-        return way(light, light.position, point).into_iter().collect();
-    };
-    // From edge to edge; a single sample is in the middle.
-    let share = |i: u32, n: u32| {
-        if n > 1 {
-            f64::from(i) / f64::from(n - 1) - 0.5
-        } else {
-            0.0
-        }
-    };
-    let samples = (0..nv.max(1)).flat_map(|j| (0..nu.max(1)).map(move |i| (i, j)));
-    samples
-        .filter_map(|(i, j)| {
-            way(
-                light,
-                light.position + u * share(i, nu) + v * share(j, nv),
-                point,
-            )
+/// A way from a point to a light, on which a shadow is looked for.
+pub(crate) struct Way {
+    /// Towards the light, of length 1.
+    pub towards: DVec3,
+    /// How far the light is.
+    pub distance: f64,
+    /// This way's share of the light; together they are 1.
+    pub share: f64,
+}
+
+/// One way, or, for an area light, one a sample.
+pub(crate) fn ways(light: &Light, point: DVec3) -> Vec<Way> {
+    let to = |from: DVec3, share: f64| {
+        let (towards, distance) = way(light, from, point)?;
+        Some(Way {
+            towards,
+            distance,
+            share,
         })
+    };
+    let LightKind::Area { u, v, nu, nv } = light.kind else {
+        return to(light.position, 1.0).into_iter().collect();
+    };
+    let (columns, rows) = (samples(nu), samples(nv));
+    let grid = rows
+        .iter()
+        .flat_map(|row| columns.iter().map(move |column| (column, row)));
+    grid.filter_map(|(&(i, p), &(j, q))| to(light.position + u * i + v * j, p * q))
         .collect()
+}
+
+/// Where `n` samples are on a side, from edge to edge (−½ to ½; a single one
+/// is in the middle), and the weight of each. The weights are POV-Ray's, which
+/// halves the side until two samples are next to each other and takes the mean
+/// of every pair: for 3, 5, 9, … samples this is the trapezoidal rule.
+fn samples(n: u32) -> Vec<(f64, f64)> {
+    fn halve(first: usize, last: usize, weight: f64, samples: &mut [(f64, f64)]) {
+        if last - first <= 1 {
+            samples[first].1 += 0.5 * weight;
+            samples[last].1 += 0.5 * weight;
+        } else {
+            let sum = first + last;
+            halve(first, sum / 2, 0.5 * weight, samples);
+            halve(sum.div_ceil(2), last, 0.5 * weight, samples);
+        }
+    }
+    if n <= 1 {
+        return vec![(0.0, 1.0)];
+    }
+    let at = |i: u32| f64::from(i) / f64::from(n - 1) - 0.5;
+    let mut samples: Vec<(f64, f64)> = (0..n).map(|i| (at(i), 0.0)).collect();
+    halve(0, samples.len() - 1, 1.0, &mut samples);
+    samples
 }
 
 /// A neutral colour as a vector, for arithmetic.
@@ -141,7 +170,8 @@ mod tests {
         for point in [DVec3::ZERO, DVec3::X * 1e6, DVec3::Y * 20.0] {
             assert_eq!(arriving(&sun, point).unwrap().towards, DVec3::Y);
         }
-        assert_eq!(ways(&sun, DVec3::Y * 4.0), [(DVec3::Y, 6.0)]);
+        let way = &ways(&sun, DVec3::Y * 4.0)[0];
+        assert_eq!((way.towards, way.distance, way.share), (DVec3::Y, 6.0, 1.0));
     }
 
     #[test]
@@ -183,13 +213,24 @@ mod tests {
             nu: 3,
             nv: 1,
         });
-        let ends: Vec<DVec3> = ways(&area, DVec3::ZERO)
-            .into_iter()
-            .map(|(towards, distance)| towards * distance)
-            .collect();
-        for (got, x) in ends.iter().zip([-2.0, 0.0, 2.0]) {
-            assert!(got.distance(DVec3::new(x, 10.0, 0.0)) < 1e-12);
+        let ways = ways(&area, DVec3::ZERO);
+        assert_eq!(ways.len(), 3);
+        for (way, (x, share)) in ways.iter().zip([(-2.0, 0.25), (0.0, 0.5), (2.0, 0.25)]) {
+            let end = way.towards * way.distance;
+            assert!(end.distance(DVec3::new(x, 10.0, 0.0)) < 1e-12);
+            assert_eq!(way.share, share);
         }
-        assert_eq!(ends.len(), 3);
+    }
+
+    #[test]
+    fn the_samples_share_the_whole_light() {
+        let weights = |n| samples(n).iter().map(|s| s.1).collect::<Vec<_>>();
+        assert_eq!(weights(0), [1.0]);
+        assert_eq!(weights(4), [0.25; 4]);
+        assert_eq!(weights(5), [0.125, 0.25, 0.25, 0.25, 0.125]);
+        for n in 1..40 {
+            let sum: f64 = weights(n).iter().sum();
+            assert!((sum - 1.0).abs() < 1e-15, "{n}");
+        }
     }
 }

@@ -4,14 +4,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use decor_api::{AdapterError, Csg, Geometry, Material, PrototypeId, PrototypeTable, Scene};
-use glam::DVec3;
 
 use crate::adapter::unsupported;
 use crate::extent::Extent;
 use crate::placement::Placement;
-use crate::primitive::Primitive;
 use crate::ray::Ray;
-use crate::span::{self, Crossing, Span};
+use crate::solid::{Solid, descend};
+use crate::span::Crossing;
 use crate::tree::Tree;
 
 /// The geometry of a film's prototypes, ready for rays: made once, shared by
@@ -113,32 +112,13 @@ impl Model {
     /// A mesh of glass: which way its surface is crossed is asked of the whole
     /// mesh, where it is closed, not of the order of a triangle's corners.
     fn sided(&self, part: &Solid, ray: &Ray, crossing: Crossing) -> Crossing {
-        let is_mesh = matches!(
-            part,
-            Solid::Leaf {
-                primitive: Primitive::Mesh(_),
-                ..
-            }
-        );
-        if !is_mesh || self.look(crossing.look).transmission <= 0.0 {
+        if !part.is_surface() || self.look(crossing.look).transmission <= 0.0 {
             return crossing;
         }
         let spans = part.spans(ray);
         let mut all = spans.iter().flat_map(|s| [s.enter, s.leave]);
         all.find(|c| c.t == crossing.t).unwrap_or(crossing)
     }
-}
-
-/// A tree without transforms and looks: they are in the leaves.
-enum Solid {
-    Leaf {
-        primitive: Primitive,
-        placement: Placement,
-        look: u32,
-    },
-    Union(Vec<Solid>),
-    Intersection(Vec<Solid>),
-    Difference(Box<Solid>, Vec<Solid>),
 }
 
 /// Collects the parts of what is a union from the top down.
@@ -163,153 +143,11 @@ fn flatten(
     }
 }
 
-/// Through one node that only places or paints what is below.
-fn descend<'a>(
-    node: &'a Csg,
-    placement: Placement,
-    look: u32,
-    looks: &mut Vec<Material>,
-) -> (&'a Csg, Placement, u32) {
-    match node {
-        Csg::Translate(by, node) => (node, placement.translated(*by), look),
-        Csg::Rotate(angles_deg, node) => (node, placement.rotated(*angles_deg), look),
-        Csg::Scale(factors, node) => (node, placement.scaled(*factors), look),
-        Csg::Look(material, node) => {
-            looks.push(*material);
-            // Fewer looks than nodes, and nodes fit into memory.
-            (node, placement, (looks.len() - 1) as u32)
-        }
-        other => (other, placement, look),
-    }
-}
-
-impl Solid {
-    /// `None` where nothing is inside.
-    fn of(node: &Csg, placement: Placement, look: u32, looks: &mut Vec<Material>) -> Option<Self> {
-        let mut all = |nodes: &[Csg]| -> Vec<Option<Self>> {
-            nodes
-                .iter()
-                .map(|node| Self::of(node, placement, look, looks))
-                .collect()
-        };
-        match node {
-            Csg::Union(nodes) => {
-                let nodes: Vec<Self> = all(nodes).into_iter().flatten().collect();
-                (!nodes.is_empty()).then_some(Self::Union(nodes))
-            }
-            Csg::Intersection(nodes) => {
-                let nodes: Option<Vec<Self>> = all(nodes).into_iter().collect();
-                nodes.filter(|n| !n.is_empty()).map(Self::Intersection)
-            }
-            Csg::Difference(first, rest) => {
-                let rest = all(rest).into_iter().flatten().collect();
-                let first = Self::of(first, placement, look, looks)?;
-                Some(Self::Difference(Box::new(first), rest))
-            }
-            Csg::Translate(..) | Csg::Rotate(..) | Csg::Scale(..) | Csg::Look(..) => {
-                let (node, placement, look) = descend(node, placement, look, looks);
-                Self::of(node, placement, look, looks)
-            }
-            leaf => {
-                let primitive = Primitive::of(leaf).filter(|_| placement.is_usable())?;
-                Some(Self::Leaf {
-                    primitive,
-                    placement,
-                    look,
-                })
-            }
-        }
-    }
-
-    fn extent(&self) -> Extent {
-        let around = |solids: &[Self], join: fn(&Extent, &Extent) -> Extent, start| {
-            solids.iter().fold(start, |e, s| join(&e, &s.extent()))
-        };
-        match self {
-            Self::Leaf {
-                primitive,
-                placement,
-                ..
-            } => placement.extent_outwards(&primitive.extent()),
-            Self::Union(all) => around(all, Extent::union, Extent::EMPTY),
-            Self::Intersection(all) => around(all, Extent::intersection, Extent::EVERYTHING),
-            Self::Difference(first, _) => first.extent(),
-        }
-    }
-
-    /// The first surface between `after` and `before`. A mesh that stands for
-    /// itself is a surface, whether it is closed or not.
-    fn nearest(&self, ray: &Ray, after: f64, before: f64) -> Option<Crossing> {
-        if let Self::Leaf {
-            primitive: Primitive::Mesh(mesh),
-            placement,
-            look,
-        } = self
-        {
-            let found = mesh.nearest(&placement.inwards(ray), after, before, *look)?;
-            return Some(outwards(placement, found));
-        }
-        span::first_after(&self.spans(ray), after).filter(|c| c.t < before)
-    }
-
-    /// The pieces of the whole line that are inside.
-    fn spans(&self, ray: &Ray) -> Vec<Span> {
-        match self {
-            Self::Leaf {
-                primitive,
-                placement,
-                look,
-            } => {
-                let mut spans = primitive.spans(&placement.inwards(ray), *look);
-                for span in &mut spans {
-                    span.enter = outwards(placement, span.enter);
-                    span.leave = outwards(placement, span.leave);
-                }
-                spans
-            }
-            Self::Union(all) => merged(all, ray),
-            Self::Intersection(all) => {
-                let mut common: Option<Vec<Span>> = None;
-                for solid in all {
-                    let spans = match common.take() {
-                        None => solid.spans(ray),
-                        Some(so_far) => span::intersection(&so_far, &solid.spans(ray)),
-                    };
-                    if spans.is_empty() {
-                        return spans;
-                    }
-                    common = Some(spans);
-                }
-                common.unwrap_or_default()
-            }
-            Self::Difference(first, rest) => {
-                let whole = first.spans(ray);
-                if whole.is_empty() {
-                    return whole;
-                }
-                span::difference(&whole, &merged(rest, ray))
-            }
-        }
-    }
-}
-
-fn merged(solids: &[Solid], ray: &Ray) -> Vec<Span> {
-    solids.iter().fold(Vec::new(), |so_far, solid| {
-        span::union(so_far, solid.spans(ray))
-    })
-}
-
-fn outwards(placement: &Placement, crossing: Crossing) -> Crossing {
-    let normal: DVec3 = placement.normal_outwards(crossing.normal);
-    Crossing { normal, ..crossing }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::membership::{contains, trees};
     use decor_api::Rgb;
-    use proptest::prelude::*;
+    use glam::DVec3;
 
     fn red() -> Material {
         Material {
@@ -393,48 +231,5 @@ mod tests {
         let half = Csg::Intersection(vec![ball(0.0), moved]);
         let (t, normal, _) = first(&half, DVec3::new(-5.0, 0.1, 0.2), DVec3::X).unwrap();
         assert!((t - 5.0).abs() < 1e-12 && normal == -DVec3::X);
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(3000))]
-
-        #[test]
-        fn intervals_agree_with_membership(
-            tree in trees(),
-            origin in crate::membership::vec3(6.0),
-            target in crate::membership::vec3(2.0),
-        ) {
-            prop_assume!(origin.distance(target) > 0.1);
-            let ray = Ray { origin, direction: target - origin };
-            let solid = Solid::of(&tree, Placement::IDENTITY, 0, &mut Vec::new());
-            let spans = solid.as_ref().map_or_else(Vec::new, |s| s.spans(&ray));
-            let extent = solid.as_ref().map_or(Extent::EMPTY, Solid::extent).widened();
-            for i in 0..150 {
-                let t = -1.0 + f64::from(i) * 0.0231;
-                let near_an_end = spans.iter().any(|s| {
-                    (s.enter.t - t).abs() < 1e-9 || (s.leave.t - t).abs() < 1e-9
-                });
-                if near_an_end {
-                    continue;
-                }
-                let inside = spans.iter().any(|s| s.enter.t < t && t < s.leave.t);
-                prop_assert_eq!(inside, contains(&tree, ray.at(t)), "at {} in {:?}", t, spans);
-                if inside {
-                    let p = ray.at(t);
-                    prop_assert!(p.cmpge(extent.min).all() && p.cmple(extent.max).all());
-                }
-            }
-            for span in &spans {
-                for c in [span.enter, span.leave] {
-                    if !c.t.is_finite() {
-                        continue;
-                    }
-                    prop_assert!(c.normal.is_finite() && c.normal != DVec3::ZERO);
-                    let normal = c.normal.normalize();
-                    let side = normal.dot(ray.direction.normalize());
-                    prop_assert!(if c.enters { side < 1e-6 } else { side > -1e-6 }, "{:?}", c);
-                }
-            }
-        }
     }
 }

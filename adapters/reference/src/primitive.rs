@@ -43,7 +43,7 @@ impl Primitive {
                 cap_radius,
             } => Frustum::new(base, base_radius, cap, cap_radius).map(Self::Frustum),
             Csg::Torus { major, minor } => {
-                (positive(major) && positive(minor)).then(|| Self::Torus(Torus { major, minor }))
+                (positive(major) && positive(minor)).then_some(Self::Torus(Torus { major, minor }))
             }
             Csg::Plane { normal, distance } => unit(normal)
                 .filter(|_| distance.is_finite())

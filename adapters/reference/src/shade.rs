@@ -4,10 +4,10 @@
 //! the first part by the share that does not pass through; then what is
 //! mirrored, and what passes through tinted by the pigment.
 
-use decor_api::{Highlight, Material, Scene};
+use decor_api::{Highlight, Light, Material, Scene};
 use glam::DVec3;
 
-use crate::light::{Arriving, arriving, colour, ways};
+use crate::light::{Arriving, Way, arriving, colour, ways};
 use crate::ray::Ray;
 use crate::world::{Found, World};
 
@@ -63,7 +63,7 @@ impl Shader<'_> {
             if cosine <= 0.0 {
                 continue;
             }
-            let lit = from.colour * self.unshadowed(outside, &ways(light, outside));
+            let lit = from.colour * self.unshadowed(light, outside);
             scattered += pigment * lit * (material.diffuse * cosine);
             glints += lit * highlight(material, &from, normal, ray.direction);
         }
@@ -97,27 +97,25 @@ impl Shader<'_> {
         }
     }
 
-    /// The share of each colour that gets through, averaged over the ways to
-    /// one light.
-    fn unshadowed(&self, origin: DVec3, ways: &[(DVec3, f64)]) -> DVec3 {
-        if !self.scene.shadows || ways.is_empty() {
+    /// The share of each colour of a light that gets through to a point.
+    fn unshadowed(&self, light: &Light, origin: DVec3) -> DVec3 {
+        if !self.scene.shadows {
             return DVec3::ONE;
         }
-        let sum: DVec3 = ways
+        ways(light, origin)
             .iter()
-            .map(|&(towards, distance)| self.through(origin, towards, distance))
-            .sum();
-        sum / ways.len() as f64
+            .map(|way| self.through(origin, way) * way.share)
+            .sum()
     }
 
-    fn through(&self, origin: DVec3, towards: DVec3, distance: f64) -> DVec3 {
+    fn through(&self, origin: DVec3, way: &Way) -> DVec3 {
         let ray = Ray {
             origin,
-            direction: towards,
+            direction: way.towards,
         };
         let (mut share, mut after) = (DVec3::ONE, 0.0);
         for _ in 0..PANES {
-            let Some(found) = self.world.nearest(&ray, after, distance) else {
+            let Some(found) = self.world.nearest(&ray, after, way.distance) else {
                 break;
             };
             let material = found.material;
