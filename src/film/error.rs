@@ -120,7 +120,7 @@ pub(super) struct Excerpt {
 }
 
 /// How many characters of a line are shown before and after the place.
-const WINDOW: usize = 100;
+const WINDOW: usize = 48;
 
 impl Excerpt {
     /// Shows `bytes[from..to]` of the line `bytes`, which is line number `line`.
@@ -135,12 +135,20 @@ impl Excerpt {
         let inside = lossy(&bytes[from..to]);
         let after = lossy(&bytes[to..]);
         let skipped = before.len().saturating_sub(WINDOW);
-        let mut text: String = before[skipped..].iter().collect();
+        let mut text = String::new();
+        // What is left out is one sign in the place of one character.
+        if skipped > 0 {
+            text.push('…');
+        }
+        text.extend(&before[skipped + usize::from(skipped > 0)..]);
         let start = text.len();
         text.extend(inside.iter().take(WINDOW));
         let length = text.len() - start;
         if inside.len() <= WINDOW {
             text.extend(after.iter().take(WINDOW));
+        }
+        if inside.len() > WINDOW || after.len() > WINDOW {
+            text.push('…');
         }
         Self {
             file: file.clone(),

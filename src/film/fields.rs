@@ -58,6 +58,13 @@ impl Fields<'_> {
     ) -> Option<T> {
         let field = &self.list[i];
         let value = whole(&field.text).and_then(check);
+        let value = value.map_err(|problem| match problem {
+            // The number as it was written, should it be too large to be kept.
+            Problem::SizeOutOfRange { .. } => Problem::SizeOutOfRange {
+                value: shortened(&field.text),
+            },
+            other => other,
+        });
         self.faults.check(field.mark, value)
     }
 

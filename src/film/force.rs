@@ -114,8 +114,8 @@ impl Force {
         })
     }
 
-    /// Is there a camera in the frames `first..=last`? What is wrong is said at
-    /// the newest statement that has to do with it, and once.
+    /// Is there a camera in the frames `first..=last`? What is wrong is said
+    /// once.
     pub(super) fn try_camera(&mut self, first: u32, last: u32, faults: &mut Faults) {
         let (Some((eye, eye_mark)), Some((aim, aim_mark))) = (self.eye, self.aim) else {
             return;
@@ -124,17 +124,10 @@ impl Force {
         if self.trial == Trial::Bad || (self.trial == Trial::Good && still) {
             return;
         }
-        let (up, up_mark) = match self.up {
-            Some((up, mark)) => (up, mark),
-            None => {
-                let (frame, value) = (eye.frame, DVec3::Y);
-                (Since { frame, value }, eye_mark)
-            }
-        };
         let view = View {
             eye,
             aim,
-            up: up.value,
+            up: self.up.map_or(DVec3::Y, |(up, _)| up.value),
             // Angles are checked by themselves, and may be missing here.
             angles_deg: self.angles_deg.unwrap_or((60.0, 60.0)),
         };
@@ -143,35 +136,55 @@ impl Force {
             return;
         };
         self.trial = Trial::Bad;
-        let points = [(eye.frame, eye_mark), (aim.frame, aim_mark)];
-        let all = [points[0], points[1], (up.frame, up_mark)];
+        let mut causes = vec![
+            Cause::of_point(&eye, eye_mark),
+            Cause::of_point(&aim, aim_mark),
+        ];
+        if let (CameraError::UpAlongView, Some((up, mark))) = (error, self.up) {
+            causes.push(Cause {
+                frame: up.frame,
+                mark,
+                moves: false,
+            });
+        }
         let (eye_there, aim_there) = (eye.at(frame), aim.at(frame));
-        let (stated, problem): (&[(u32, Mark)], _) = match error {
+        if error == CameraError::NotFinite {
+            causes.swap_remove(if eye_there.is_finite() { 0 } else { 1 });
+        }
+        // What is stated in the frame is to blame before what moves there, and
+        // that before what stands; of equals, the newer.
+        let blame = |cause: &&Cause| (cause.frame == frame, cause.moves, cause.mark.line);
+        let Some(cause) = causes.iter().max_by_key(blame) else {
+            return;
+        };
+        let later = (cause.frame != frame).then_some(frame);
+        let problem = match error {
             CameraError::NotFinite => {
-                let (point, what) = if eye_there.is_finite() {
-                    (&points[1..], "the aim")
-                } else {
-                    (&points[..1], "the eye")
-                };
-                let what = what.to_owned();
-                (point, Problem::NotFiniteLater { what, frame })
+                let what = if eye_there.is_finite() { "aim" } else { "eye" };
+                let what = format!("the {what}");
+                Problem::NotFiniteLater { what, frame }
             }
-            CameraError::EyeIsAim if eye_there != aim_there => {
-                (&points, Problem::TooFarApart { frame })
-            }
-            CameraError::EyeIsAim => (&points, Problem::EyeIsAim { frame: None }),
-            CameraError::UpAlongView | CameraError::Angle => {
-                (&all, Problem::UpAlongView { frame: None })
-            }
+            CameraError::EyeIsAim if eye_there != aim_there => Problem::TooFarApart { frame },
+            CameraError::EyeIsAim => Problem::EyeIsAim { frame: later },
+            CameraError::UpAlongView | CameraError::Angle => Problem::UpAlongView { frame: later },
         };
-        let newest = stated.iter().max_by_key(|(_, mark)| mark.line);
-        let (stated_in, mark) = newest.copied().unwrap_or(points[0]);
-        let later = (stated_in != frame).then_some(frame);
-        let problem = match problem {
-            Problem::EyeIsAim { .. } => Problem::EyeIsAim { frame: later },
-            Problem::UpAlongView { .. } => Problem::UpAlongView { frame: later },
-            other => other,
-        };
-        faults.push(mark, problem);
+        faults.push(cause.mark, problem);
+    }
+}
+
+/// A statement that a camera fails by.
+struct Cause {
+    frame: u32,
+    mark: Mark,
+    moves: bool,
+}
+
+impl Cause {
+    fn of_point(point: &Since<Moving>, mark: Mark) -> Self {
+        Self {
+            frame: point.frame,
+            mark,
+            moves: point.value.velocity != DVec3::ZERO,
+        }
     }
 }

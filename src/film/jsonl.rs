@@ -49,13 +49,14 @@ use serde_json::error::Category;
 use super::build::Builder;
 use super::draft::Draft;
 use super::error::FilmErrors;
+use super::keyword::nearest;
 use super::lines::{self, Place};
 use super::mark::{Faults, Mark, Source};
 use super::model::Film;
 use super::paths::Folder;
 use super::problem::Problem;
 use super::scene_json;
-use super::schema::JsonScene;
+use super::schema::{JsonScene, Object};
 
 /// Reads the text of a `.jsonl` file. `name` is what messages call it, `folder`
 /// what its paths are relative to.
@@ -75,11 +76,24 @@ pub fn parse(
         only_line: None,
     };
     let mut builder = Builder::new(Folder::new(folder, allow_outside));
+    let mut unfinished = false;
     for (place, bytes) in lines::split(text) {
+        // The rest of an object that was broken into several lines is not
+        // worth an error a line.
+        if unfinished && !bytes.trim_ascii().starts_with(b"{\"") {
+            continue;
+        }
         match scene(bytes, place, &mut builder.faults) {
-            Ok(None) => {}
-            Ok(Some(draft)) => builder.add(&draft),
-            Err(()) => builder.skip(place.mark(0, 0)),
+            Ok(found) => {
+                unfinished = false;
+                if let Some(draft) = found {
+                    builder.add(&draft);
+                }
+            }
+            Err(()) => {
+                unfinished |= builder.faults.ends_unfinished();
+                builder.skip(place.mark(0, 0));
+            }
         }
     }
     let end = Mark::span(1, 0, 0, 0);
@@ -92,8 +106,8 @@ pub(super) fn scene(bytes: &[u8], place: Place, faults: &mut Faults) -> Result<O
     if text.trim_ascii().is_empty() {
         return Ok(None);
     }
-    match serde_json::from_str::<JsonScene>(text) {
-        Ok(json) => {
+    match serde_json::from_str::<Object<JsonScene>>(text) {
+        Ok(Object(json)) => {
             let mark = Mark::json(place.number, place.start);
             Ok(Some(scene_json::draft(json, mark, faults)))
         }
@@ -105,23 +119,37 @@ pub(super) fn scene(bytes: &[u8], place: Place, faults: &mut Faults) -> Result<O
             }
             let from = text[..to].char_indices().next_back().map_or(0, |(i, _)| i);
             let mark = place.mark(from, to);
-            let reason = reason(&error);
-            let problem = match error.classify() {
-                Category::Data => Problem::NotAScene { reason },
-                _ => Problem::NotJson { reason },
-            };
+            let problem = problem(&error);
             faults.push(mark, problem);
             Err(())
         }
     }
 }
 
-/// serde's message without its own place.
-fn reason(error: &serde_json::Error) -> String {
+/// serde's message, without its own place, as ours.
+fn problem(error: &serde_json::Error) -> Problem {
     let text = error.to_string();
-    match text.rfind(" at line ") {
-        Some(end) => text[..end].to_owned(),
-        None => text,
+    let text = text
+        .rsplit_once(" at line ")
+        .map_or(&*text, |(text, _)| text);
+    if error.classify() != Category::Data {
+        let reason = text.to_owned();
+        return Problem::NotJson { reason };
+    }
+    let (reason, expected) = match text.split_once(", expected ") {
+        Some((reason, expected)) => (reason, expected),
+        None => (text, "a scene"),
+    };
+    // Of the words between backquotes, the first is wrong, the rest are right.
+    let mut words = text.split('`').skip(1).step_by(2);
+    let near = match words.next() {
+        Some(word) if reason.starts_with("unknown") => nearest(word, words),
+        _ => None,
+    };
+    Problem::NotAScene {
+        reason: reason.to_owned(),
+        expected: expected.to_owned(),
+        near: near.map(str::to_owned),
     }
 }
 

@@ -80,10 +80,10 @@ pub(super) fn near_keyword(word: &str) -> Option<&'static str> {
 }
 
 /// The candidate nearest to `word`, where one is near enough to be meant.
-pub(super) fn nearest(
+pub(super) fn nearest<'a>(
     word: &str,
-    candidates: impl Iterator<Item = &'static str>,
-) -> Option<&'static str> {
+    candidates: impl Iterator<Item = &'a str>,
+) -> Option<&'a str> {
     // A word much longer than any keyword is near to none, and dear to compare.
     if word.len() > 64 {
         return None;

@@ -70,6 +70,13 @@ impl Faults {
         result.map_err(|problem| self.push(mark, problem)).ok()
     }
 
+    /// Is the last one a JSON text that ended too early?
+    pub(super) fn ends_unfinished(&self) -> bool {
+        self.0
+            .last()
+            .is_some_and(|fault| fault.problem.is_unfinished_json())
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

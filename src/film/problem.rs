@@ -59,7 +59,11 @@ pub enum Problem {
     #[error("this is not JSON: {reason}")]
     NotJson { reason: String },
     #[error("this is not a scene: {reason}")]
-    NotAScene { reason: String },
+    NotAScene {
+        reason: String,
+        expected: String,
+        near: Option<String>,
+    },
     #[error("a light of type `{kind}` needs `{field}`")]
     LightWithout {
         kind: &'static str,
@@ -196,7 +200,7 @@ impl Problem {
             }
             P::NameNotLast => "expected at the end of the line",
             P::NotJson { .. } => "expected one JSON object on this line",
-            P::NotAScene { .. } => "expected a scene",
+            P::NotAScene { expected, .. } => return format!("expected {expected}"),
             P::LightWithout { field, .. } => return format!("expected `{field}`"),
             P::LightWithForeign { .. } => "expected nothing here",
             P::EmptyList { .. } => "expected at least one element, or no list",
@@ -246,6 +250,11 @@ impl Problem {
         text.to_owned()
     }
 
+    /// Does a line end where its JSON goes on?
+    pub(super) fn is_unfinished_json(&self) -> bool {
+        matches!(self, Self::NotJson { reason } if reason.starts_with("EOF"))
+    }
+
     /// What may help, where something may.
     pub fn hint(&self) -> Option<String> {
         match self {
@@ -259,7 +268,11 @@ impl Problem {
             Self::AbsolutePath { .. } | Self::LeavesFolder { .. } => {
                 Some("`--allow-outside` allows it".to_owned())
             }
-            Self::NotJson { reason } if reason.starts_with("EOF") => {
+            Self::NotAScene { near, .. } => {
+                let near = near.as_ref();
+                near.map(|near| format!("did you mean `{near}`?"))
+            }
+            Self::NotJson { .. } if self.is_unfinished_json() => {
                 Some("every scene stands on one line of its own".to_owned())
             }
             Self::EmptyList { .. } => Some(

@@ -12,7 +12,7 @@ use super::problem::Problem;
 use super::ranges;
 use super::schema::{
     JsonAdaptive, JsonAntialias, JsonFade, JsonLight, JsonLightKind, JsonObject, JsonPoint,
-    JsonScene,
+    JsonScene, Object,
 };
 
 /// The draft of a scene; `mark` is its whole object.
@@ -30,8 +30,8 @@ pub(super) fn draft(json: JsonScene, mark: Mark, faults: &mut Faults) -> Draft {
         let images = faults.check(mark, ranges::images(images));
         draft.images = images.map(|value| At { value, mark });
     }
-    let mut point = |keyword, name, point: Option<JsonPoint>| {
-        let value = moving(&point?);
+    let mut point = |keyword, name, point: Option<Object<JsonPoint>>| {
+        let value = moving(&point?.0);
         draft.attempt(keyword, key(name), faults);
         let mark = key(name);
         Some(At { value, mark })
@@ -69,7 +69,7 @@ pub(super) fn draft(json: JsonScene, mark: Mark, faults: &mut Faults) -> Draft {
     });
     if let Some(lights) = &json.lights {
         note_empty(lights, "lights", mark, &mut draft);
-        for (i, json) in lights.iter().enumerate() {
+        for (i, Object(json)) in lights.iter().enumerate() {
             draft
                 .lights
                 .extend(light(json, key("lights").inside(Index(i)), faults));
@@ -77,7 +77,7 @@ pub(super) fn draft(json: JsonScene, mark: Mark, faults: &mut Faults) -> Draft {
     }
     if let Some(objects) = json.objects {
         note_empty(&objects, "objects", mark, &mut draft);
-        for (i, json) in objects.into_iter().enumerate() {
+        for (i, Object(json)) in objects.into_iter().enumerate() {
             draft
                 .objects
                 .push(object(json, key("objects").inside(Index(i))));
@@ -194,7 +194,7 @@ fn light(json: &JsonLight, mark: Mark, faults: &mut Faults) -> Option<Light> {
     let colour = checked(json.colour, key("colour"), ranges::channel, faults);
     let fade = match &json.fade {
         None => Some(None),
-        Some(json) => {
+        Some(Object(json)) => {
             let mark = key("fade");
             let distance = ranges::fade_distance(json.distance);
             let distance = faults.check(mark.inside(Key("distance")), distance);
@@ -256,14 +256,19 @@ fn light_kind(
 pub(super) fn json(scene: &Scene, tables: &Tables) -> JsonScene {
     let stated = &scene.stated;
     let native = |i: &u32| tables.natives[*i as usize].path.clone();
-    let point = |moving: Moving| JsonPoint {
-        position: moving.position.into(),
-        velocity: moving.velocity.into(),
+    let point = |moving: Moving| {
+        Object(JsonPoint {
+            position: moving.position.into(),
+            velocity: moving.velocity.into(),
+        })
     };
     let includes: Vec<String> = stated.includes.iter().map(native).collect();
-    let lights: Vec<JsonLight> = stated.lights.iter().map(json_light).collect();
+    let lights = stated.lights.iter();
+    let lights: Vec<_> = lights.map(|light| Object(json_light(light))).collect();
     let objects = stated.objects.iter();
-    let objects: Vec<JsonObject> = objects.map(|o| json_object(o, tables)).collect();
+    let objects: Vec<_> = objects
+        .map(|placed| Object(json_object(placed, tables)))
+        .collect();
     JsonScene {
         scene: scene.number,
         size: stated.size.map(|s| [s.width.into(), s.height.into()]),
@@ -305,9 +310,11 @@ fn json_light(light: &Light) -> JsonLight {
         v: None,
         nu: None,
         nv: None,
-        fade: light.fade.map(|fade| JsonFade {
-            distance: fade.distance,
-            power: fade.power,
+        fade: light.fade.map(|fade| {
+            Object(JsonFade {
+                distance: fade.distance,
+                power: fade.power,
+            })
         }),
     };
     match light.kind {

@@ -1,10 +1,35 @@
 //! The JSON object of a scene, as serde reads and writes it.
 
+use std::marker::PhantomData;
+
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
 type Vector = [f64; 3];
+
+/// A `T` from a JSON object alone: serde would take an array of its fields too.
+#[derive(Debug, Serialize)]
+#[serde(transparent)]
+pub(super) struct Object<T>(pub(super) T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Fields<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
+            type Value = Object<T>;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(Object)
+            }
+        }
+        deserializer.deserialize_map(Fields(PhantomData))
+    }
+}
 
 /// One scene. Everything but its number may be left out.
 #[derive(Debug, Serialize, Deserialize)]
@@ -16,9 +41,9 @@ pub(super) struct JsonScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) frames: Option<u32>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) eye: Option<JsonPoint>,
+    pub(super) eye: Option<Object<JsonPoint>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) aim: Option<JsonPoint>,
+    pub(super) aim: Option<Object<JsonPoint>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) up: Option<Vector>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -34,9 +59,9 @@ pub(super) struct JsonScene {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) sky: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) lights: Option<Vec<JsonLight>>,
+    pub(super) lights: Option<Vec<Object<JsonLight>>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) objects: Option<Vec<JsonObject>>,
+    pub(super) objects: Option<Vec<Object<JsonObject>>>,
 }
 
 /// The eye or the aim.
@@ -89,7 +114,7 @@ pub(super) struct JsonLight {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) nv: Option<u64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) fade: Option<JsonFade>,
+    pub(super) fade: Option<Object<JsonFade>>,
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
