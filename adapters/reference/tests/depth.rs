@@ -225,6 +225,20 @@ fn of_two_at_one_place_the_first_listed_is_seen() {
     let hit = stage.world().cast(DVec3::Z * -5.0, DVec3::Z).unwrap();
     assert_eq!((hit.instance, hit.distance), (0, 4.0));
     assert_eq!(hit.normal, -DVec3::Z);
+
+    // Whatever the order in which a tree comes upon them.
+    let slab = |i: i32| Csg::Box {
+        min: vec3(-1.0 - f64::from(i % 7), -1.0, -1.0),
+        max: vec3(1.0, 1.0 + f64::from(i % 5), f64::from(i)),
+    };
+    for slabs in [
+        (0..30).map(slab).collect::<Vec<_>>(),
+        (0..30).rev().map(slab).collect(),
+    ] {
+        let world = Stage::of(slabs).world();
+        let hit = world.cast(DVec3::Z * -5.0, DVec3::Z).unwrap();
+        assert_eq!((hit.instance, hit.distance), (0, 4.0));
+    }
 }
 
 #[test]
