@@ -10,7 +10,7 @@ use super::mesh_file::MeshError;
 
 /// All that is wrong with the objects of a film.
 #[derive(Debug, Error, Diagnostic)]
-#[error("{}", heading(.problems))]
+#[error("{} problem{} with the objects of the film", problems.len(), if problems.len() == 1 { "" } else { "s" })]
 pub struct ObjectError {
     /// At least one, in the order of the film.
     #[related]
@@ -42,20 +42,6 @@ impl ObjectError {
     }
 }
 
-fn heading(problems: &[ObjectProblem]) -> String {
-    match problems {
-        [one] => one.to_string(),
-        many => {
-            let lines = many.iter().map(|p| format!("\n  {p}"));
-            format!(
-                "{} problems with the objects of the film{}",
-                many.len(),
-                lines.collect::<String>()
-            )
-        }
-    }
-}
-
 /// One thing that is wrong with one object.
 #[derive(Debug, Error, Diagnostic)]
 pub enum ObjectProblem {
@@ -69,7 +55,7 @@ pub enum ObjectProblem {
         folder: PathBuf,
     },
     /// No such file.
-    #[error("{}: there is no such file (looked for {})", path.display(), list(tried))]
+    #[error("{}: there is no {}", path.display(), list(tried, " or "))]
     Missing {
         /// The path as it was written.
         path: PathBuf,
@@ -83,7 +69,7 @@ pub enum ObjectProblem {
         path: PathBuf,
     },
     /// Reading a file failed.
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: cannot be read", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -96,7 +82,7 @@ pub enum ObjectProblem {
     #[diagnostic(transparent)]
     Text(#[from] Box<TextError>),
     /// A mesh file does not hold a mesh.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: cannot be read as a mesh", path.display())]
     Mesh {
         /// The file.
         path: PathBuf,
@@ -116,7 +102,7 @@ pub enum ObjectProblem {
         language: String,
     },
     /// The renderer could not say how large fragments are.
-    #[error("{}: {source}", list(paths))]
+    #[error("{}: the renderer could not look at it", list(paths, ", "))]
     Inspection {
         /// The fragments that it was asked about.
         paths: Vec<PathBuf>,
@@ -126,9 +112,16 @@ pub enum ObjectProblem {
     },
 }
 
-fn list(paths: &[PathBuf]) -> String {
+fn list(paths: &[PathBuf], between: &str) -> String {
     let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
-    names.join(", ")
+    names.join(between)
+}
+
+/// An error and its causes, in one line.
+pub(super) fn with_causes(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(Some(error), |e| e.source());
+    let causes: Vec<String> = causes.map(ToString::to_string).collect();
+    causes.join(": ")
 }
 
 /// A place in one of the user's texts, and what is wrong there.

@@ -22,7 +22,7 @@ pub enum FileError {
     #[error("there is no file {}", .0.display())]
     Missing(PathBuf),
     /// Reading failed.
-    #[error("{} cannot be read: {source}", path.display())]
+    #[error("{} cannot be read", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -33,15 +33,17 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// As a problem of the object that the film calls `path`.
-    pub(super) fn into_problem(self) -> ObjectProblem {
+    /// As a problem of the object that the film calls `path`, and that this
+    /// file describes.
+    pub(super) fn into_problem(self, path: &Path) -> ObjectProblem {
+        let path = path.to_owned();
         match self {
-            Self::Outside { path, folder } => ObjectProblem::Outside { path, folder },
-            Self::Missing(path) => ObjectProblem::Missing {
-                tried: vec![path.clone()],
+            Self::Outside { folder, .. } => ObjectProblem::Outside { path, folder },
+            Self::Missing(file) => ObjectProblem::Missing {
                 path,
+                tried: vec![file],
             },
-            Self::Io { path, source } => ObjectProblem::Io { path, source },
+            Self::Io { source, .. } => ObjectProblem::Io { path, source },
         }
     }
 }

@@ -278,3 +278,86 @@ impl KeptSaid {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn names(text: &str) -> (Vec<String>, bool) {
+        let named = names_in(text.as_bytes());
+        (named.literals, named.computed)
+    }
+
+    #[test]
+    fn names_are_found_outside_of_comments() {
+        let text = "#include \"a.inc\" // \"b\n/* \"c\" /* */ \"d\" */ #  include /* e */ \"e.inc\"\n\
+                    #fopen FILE \"f.txt\" read\n text { ttf \"g\\\"h\" 1 }";
+        let (literals, computed) = names(text);
+        assert_eq!(literals, ["a.inc", "e.inc", "f.txt", "g\\\"h"]);
+        assert!(!computed);
+    }
+
+    #[test]
+    fn computed_names_are_noticed() {
+        for text in [
+            "#include concat(\"a\", \"b\")",
+            "#include Name",
+            "#fopen F Name read",
+            "#fopen F concat(\"a\", \"b\") read",
+        ] {
+            assert!(names(text).1, "{text}");
+        }
+        for text in ["#declare include = 1;", "included(\"a\")", "#include"] {
+            assert!(!names(text).1, "{text}");
+        }
+    }
+
+    #[test]
+    fn only_a_first_line_states_bounds() {
+        let stated = |text: &str| stated_bounds(Path::new("a.inc"), text.as_bytes());
+        let sphere = Some(Bounds::sphere(DVec3::new(1.0, -2.0, 0.5), 3.0));
+        for text in [
+            "// bounds: 1 -2 .5 3",
+            "//bounds: 1 -2 .5 3\nsphere {}",
+            "\u{feff}  // bounds:\t1 -2 5e-1 3 \r\n",
+        ] {
+            assert_eq!(stated(text).unwrap(), sphere, "{text:?}");
+        }
+        for text in [
+            "",
+            "\n// bounds: 1 2 3 4",
+            "// sphere",
+            "bounds: 1 2 3 4",
+            "// bounds 1",
+        ] {
+            assert_eq!(stated(text).unwrap(), None, "{text:?}");
+        }
+        for text in [
+            "// bounds:",
+            "// bounds: 1 2 3",
+            "// bounds: 1 2 3 4 5",
+            "// bounds: 1 2 3 nan",
+            "// bounds: 1 2 3 inf",
+            "// bounds: 1, 2, 3, 4",
+        ] {
+            let error = stated(text).unwrap_err();
+            assert_eq!((error.line, error.column), (1, 4), "{text:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_looked_at_without_a_panic(
+            text in prop::collection::vec(
+                prop::sample::select(b"#/*\"\\\n include fopen x".to_vec()), 0..60),
+            bytes in prop::collection::vec(any::<u8>(), 0..60),
+        ) {
+            for text in [text, bytes] {
+                names_in(&text);
+                let _ = stated_bounds(Path::new("x"), &text);
+            }
+        }
+    }
+}

@@ -14,8 +14,7 @@ use super::cache::Cache;
 use super::error::{ObjectError, ObjectProblem};
 use super::files::{Files, stays_inside};
 use super::fragment::{self, KeptSaid};
-use super::mesh_file::{self, MeshError};
-use super::neutral;
+use super::{mesh_file, neutral};
 
 /// The endings of object descriptions.
 pub const ENDINGS: [&str; 8] = ["inc", "pov", "ron", "obj", "ply", "stl", "gltf", "glb"];
@@ -172,10 +171,21 @@ impl Reader<'_> {
         let mut files = Files::new(self.allow_outside);
         let csg = match &*ending {
             "inc" | "pov" => return self.fragment(path, file, ending, &mut files),
-            "ron" => neutral::read(&file, &mut files)?,
+            "ron" => {
+                let text = files.read(&file);
+                let text = text.map_err(|e| vec![e.into_problem(path)])?;
+                neutral::read(&file, &text, &mut files)?
+            }
             _ => {
-                let mesh = mesh_file::read(&file, &mut files);
-                let mesh = mesh.map_err(|error| vec![mesh_problem(path, error)])?;
+                let bytes = files.read(&file);
+                let bytes = bytes.map_err(|e| vec![e.into_problem(path)])?;
+                let mesh = mesh_file::read(&file, &bytes, &mut files);
+                let mesh = mesh.map_err(|source| {
+                    vec![ObjectProblem::Mesh {
+                        path: path.to_owned(),
+                        source,
+                    }]
+                })?;
                 Csg::Mesh(Arc::new(mesh))
             }
         };
@@ -223,7 +233,8 @@ impl Reader<'_> {
         language: String,
         files: &mut Files,
     ) -> Result<Loaded, Vec<ObjectProblem>> {
-        let text = files.read(&file).map_err(|e| vec![e.into_problem()])?;
+        let text = files.read(&file);
+        let text = text.map_err(|e| vec![e.into_problem(path)])?;
         if !self.adapter.abilities().fragments.contains(&&*language) {
             return Err(vec![ObjectProblem::Fragment {
                 path: path.to_owned(),
@@ -245,16 +256,6 @@ impl Reader<'_> {
             fragment,
             stated,
         })
-    }
-}
-
-fn mesh_problem(path: &Path, error: MeshError) -> ObjectProblem {
-    match error {
-        MeshError::File(error) => error.into_problem(),
-        source => ObjectProblem::Mesh {
-            path: path.to_owned(),
-            source,
-        },
     }
 }
 

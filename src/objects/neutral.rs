@@ -45,7 +45,7 @@
 //! left-handed, y up, z into the picture.
 //!
 //! Unknown names are refused. Every number is finite, radii are above 0, and
-//! nodes stand in each other about 40 deep at most.
+//! nodes stand in each other about 100 deep at most.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -57,33 +57,39 @@ use ron::extensions::Extensions;
 use serde::de::{DeserializeOwned, Error};
 use serde::{Deserialize, Deserializer};
 
-use super::error::{ObjectProblem, TextError};
+use super::error::{ObjectProblem, TextError, with_causes};
 use super::files::Files;
-use super::mesh_file::{self, MeshError};
+use super::mesh_file;
 use super::neutral_values::{Direction, Factors, Finite, Look, NotNegative, Point, Positive};
 
-/// Reads the description in `path`, and the meshes that it names.
+/// How deep the reader may call itself: what keeps a hostile nesting from
+/// overflowing the stack, here and wherever the tree is walked. A node takes up
+/// to four calls.
+const RECURSION: usize = 400;
+
+/// Reads the description `bytes` of the file `path`, and the meshes that it
+/// names.
 ///
 /// # Errors
 /// The first error of the text, or one for every mesh that cannot be used.
-pub(super) fn read(path: &Path, files: &mut Files) -> Result<Csg, Vec<ObjectProblem>> {
-    let bytes = files.read(path).map_err(|e| vec![e.into_problem()])?;
-    let node = parse(path, &bytes).map_err(|e| vec![Box::new(e).into()])?;
-    let text = String::from_utf8_lossy(&bytes);
+pub(super) fn read(
+    path: &Path,
+    bytes: &[u8],
+    files: &mut Files,
+) -> Result<Csg, Vec<ObjectProblem>> {
+    let node = parse(path, bytes).map_err(|e| vec![Box::new(e).into()])?;
+    let text = String::from_utf8_lossy(bytes);
     let mut problems = Vec::new();
     let mut meshes: HashMap<String, Arc<TriangleMesh>> = HashMap::new();
     let csg = node.into_csg(&mut |named| {
         if let Some(mesh) = meshes.get(named) {
             return mesh.clone();
         }
-        let read = files
-            .beside(path, named)
-            .map_err(MeshError::from)
-            .and_then(|file| mesh_file::read(&file, files));
+        let read = mesh_file::read_beside(path, named, files);
         let mesh = Arc::new(read.unwrap_or_else(|error| {
             // The mesh has no place of its own in the tree, but its name has.
             let start = text.find(&format!("\"{named}\"")).unwrap_or(0);
-            let reason = format!("mesh {named}: {error}");
+            let reason = with_causes(&error);
             let at = TextError::new(path, &text, start, start + named.len() + 2, reason);
             problems.push(Box::new(at).into());
             TriangleMesh::default()
@@ -116,16 +122,19 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Node, TextError> {
             return Err(TextError::new(path, &text, at, at + 1, reason));
         }
     };
-    // The default recursion limit of `ron` is what keeps a hostile nesting from
-    // overflowing the stack, here and wherever the tree is walked.
     let options = Options::default()
+        .with_recursion_limit(RECURSION)
         .with_default_extension(Extensions::IMPLICIT_SOME)
         .with_default_extension(Extensions::UNWRAP_NEWTYPES)
         .with_default_extension(Extensions::UNWRAP_VARIANT_NEWTYPES);
     options.from_str(text).map_err(|error| {
         let start = offset(text, error.span.start.line, error.span.start.col);
         let end = offset(text, error.span.end.line, error.span.end.col);
-        TextError::new(path, text, start, end, error.code.to_string())
+        let reason = match error.code {
+            ron::Error::ExceededRecursionLimit => "nodes stand in each other too deeply".to_owned(),
+            other => other.to_string(),
+        };
+        TextError::new(path, text, start, end, reason)
     })
 }
 
@@ -140,7 +149,7 @@ fn offset(text: &str, line: usize, column: usize) -> usize {
 
 /// A node as it is written.
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename = "node", rename_all = "snake_case", deny_unknown_fields)]
 enum Node {
     Sphere {
         #[serde(default, alias = "center")]
@@ -319,3 +328,6 @@ impl Node {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -150,7 +150,7 @@ impl<'de> Deserialize<'de> for Colour {
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(rename = "phong", deny_unknown_fields)]
 struct Phong {
     amount: NotNegative,
     #[serde(default = "Phong::usual_size")]
@@ -164,7 +164,7 @@ impl Phong {
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(rename = "specular", deny_unknown_fields)]
 struct Specular {
     amount: NotNegative,
     #[serde(default = "Specular::usual_roughness")]
@@ -178,7 +178,7 @@ impl Specular {
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(rename = "material", deny_unknown_fields)]
 struct LookText {
     #[serde(alias = "color")]
     colour: Option<Colour>,

@@ -24,7 +24,9 @@ pub(super) fn parse(
     other: &mut dyn FnMut(&str) -> Result<Vec<u8>, FileError>,
 ) -> Result<Soup, MeshError> {
     check_glb_header(bytes)?;
-    let Gltf { document, blob } = Gltf::from_slice(bytes).map_err(|e| MeshError::format(&e))?;
+    let unchecked = Gltf::from_slice_without_validation(bytes).map_err(MeshError::format)?;
+    let Gltf { document, blob } = unchecked;
+    let document = validated(document)?;
     let file = File {
         buffers: buffers(&document, blob, other)?,
     };
@@ -63,6 +65,30 @@ fn check_glb_header(bytes: &[u8]) -> Result<(), MeshError> {
         Some(length) if length >= 12 && length as usize <= bytes.len() => Ok(()),
         _ => Err(MeshError::format("the file is cut off")),
     }
+}
+
+/// The crate's own validation, without which its accessors panic. It looks up
+/// the positions of every primitive itself, before it has checked their number.
+fn validated(document: Document) -> Result<Document, MeshError> {
+    let json = document.into_json();
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    for index in primitives.flat_map(|primitive| primitive.attributes.values()) {
+        if index.value() >= json.accessors.len() {
+            return Err(MeshError::format(format_args!(
+                "there is no accessor {}",
+                index.value()
+            )));
+        }
+    }
+    Document::from_json(json).map_err(|error| match error {
+        gltf::Error::Validation(errors) => {
+            let each = errors
+                .iter()
+                .map(|(path, error)| format!("{path}: {error}"));
+            MeshError::format(each.collect::<Vec<_>>().join(", "))
+        }
+        other => MeshError::format(other),
+    })
 }
 
 fn roots(document: &Document) -> Vec<Node<'_>> {

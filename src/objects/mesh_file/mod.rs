@@ -76,21 +76,41 @@ impl MeshError {
     }
 }
 
-/// Reads a mesh, by the ending of its file's name.
+/// Reads the mesh in `bytes`, that were read from `path`.
 ///
 /// # Errors
 /// Any [`MeshError`]; hostile bytes are one too, never a panic.
-pub(super) fn read(path: &Path, files: &mut Files) -> Result<TriangleMesh, MeshError> {
-    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    let ending = ending.to_string_lossy().into_owned();
-    if !ENDINGS.contains(&&*ending) {
-        return Err(MeshError::Ending);
-    }
-    let bytes = files.read(path)?;
-    parse(&ending, &bytes, |named| {
+pub(super) fn read(
+    path: &Path,
+    bytes: &[u8],
+    files: &mut Files,
+) -> Result<TriangleMesh, MeshError> {
+    parse(&ending(path), bytes, |named| {
         let path = files.beside(path, named)?;
         files.read(&path)
     })
+}
+
+/// Reads a mesh that the description at `from` names.
+///
+/// # Errors
+/// Any [`MeshError`].
+pub(super) fn read_beside(
+    from: &Path,
+    named: &str,
+    files: &mut Files,
+) -> Result<TriangleMesh, MeshError> {
+    let path = files.beside(from, named)?;
+    if !ENDINGS.contains(&&*ending(&path)) {
+        return Err(MeshError::Ending);
+    }
+    let bytes = files.read(&path)?;
+    read(&path, &bytes, files)
+}
+
+fn ending(path: &Path) -> String {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    ending.to_string_lossy().into_owned()
 }
 
 /// Reads a mesh out of the bytes of a file with this ending. `other` gives the

@@ -1,5 +1,11 @@
 //! Wavefront OBJ. Positions, faces, relative indices; groups and objects are
-//! put together. `l` and `p` are skipped.
+//! put together.
+//!
+//! The reader is given positions and faces only. What it makes of texture
+//! coordinates, normals and colours would be thrown away, and where they are
+//! wrong it refuses the file, or overflows.
+
+use std::fmt::Write;
 
 use std::io::{self, BufRead, Read};
 
@@ -10,7 +16,7 @@ use super::{MeshError, Soup};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, MeshError> {
     // Old files have comments and names in other encodings.
-    let text = String::from_utf8_lossy(bytes);
+    let text = geometry_alone(&String::from_utf8_lossy(bytes));
     let mut lines = Lines {
         rest: text.as_bytes(),
         read: 0,
@@ -24,8 +30,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, MeshError> {
     let no_materials = |_: &std::path::Path| Err(LoadError::OpenFileFailed);
     let loaded = tobj::load_obj_buf(&mut lines, &options, no_materials);
     let (models, _) = loaded.map_err(|error| MeshError::Format {
-        // Faces are looked at when their group has ended: too late for a line.
-        line: (!is_late(error)).then_some(lines.read),
+        // Indices are looked at when all lines are read: too late for a line.
+        line: (error != LoadError::FaceVertexOutOfBounds).then_some(lines.read),
         reason: error.to_string(),
     })?;
 
@@ -42,15 +48,50 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, MeshError> {
     Ok(soup)
 }
 
-fn is_late(error: LoadError) -> bool {
-    matches!(
-        error,
-        LoadError::InvalidPolygon
-            | LoadError::FaceVertexOutOfBounds
-            | LoadError::FaceTexCoordOutOfBounds
-            | LoadError::FaceNormalOutOfBounds
-            | LoadError::FaceColorOutOfBounds
-    )
+/// Positions and faces, each in its own line; the other lines are empty.
+fn geometry_alone(text: &str) -> String {
+    let mut alone = String::with_capacity(text.len());
+    // A line that ends in a backslash goes on in the next one.
+    let mut begun = String::new();
+    for line in text.lines() {
+        if let Some(part) = line.trim_end().strip_suffix('\\') {
+            begun.push_str(part);
+            begun.push(' ');
+            alone.push('\n');
+            continue;
+        }
+        begun.push_str(line);
+        push_geometry(&mut alone, &begun);
+        alone.push('\n');
+        begun.clear();
+    }
+    push_geometry(&mut alone, &begun);
+    alone
+}
+
+fn push_geometry(alone: &mut String, line: &str) {
+    let line = line.split('#').next().unwrap_or_default();
+    let mut words = line.split_whitespace();
+    match words.next() {
+        Some("v") => {
+            let numbers: Vec<&str> = words.collect();
+            // Three coordinates and a weight; but three and more are a colour.
+            let used = if numbers.len() == 4 {
+                4
+            } else {
+                3.min(numbers.len())
+            };
+            let _ = write!(alone, "v {}", numbers[..used].join(" "));
+        }
+        Some("f") => {
+            alone.push('f');
+            for corner in words {
+                let position = corner.split('/').next().unwrap_or_default();
+                let _ = write!(alone, " {position}");
+            }
+        }
+        _ => {}
+    }
 }
 
 /// Counts the lines that were read, for the messages.

@@ -61,19 +61,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, MeshError> {
 
 fn wrong(error: ParseError) -> MeshError {
     let line = error.line();
+    // Several lines, with the same one told at every level.
     let text = error.to_string();
-    let first = text.lines().next().unwrap_or_default();
-    // The line is said once.
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let text = words.join(" ");
     let reason = match line {
-        Some(line) => first
-            .strip_prefix(&format!("Line {line}: "))
-            .unwrap_or(first),
-        None => first,
+        Some(line) => text
+            .trim_start_matches(&format!("Line {line}: "))
+            .to_owned(),
+        None => text,
     };
-    MeshError::Format {
-        line,
-        reason: reason.to_owned(),
-    }
+    MeshError::Format { line, reason }
 }
 
 struct Vertex {
