@@ -20,9 +20,14 @@ use crate::bounds::{Bounds, Sphere};
 use crate::csg::Csg;
 use crate::scene::rotation;
 
+mod aabb;
 mod ball;
+mod stretch;
 
 pub use ball::ball_around;
+
+use aabb::Aabb;
+use stretch::{largest_stretch, row_lengths};
 
 /// Vertices of the polygon drawn around a circle: 0.9 % larger than the circle.
 const POLYGON: usize = 24;
@@ -56,7 +61,7 @@ impl Placed {
         let map = self.map * inner;
         // A large way there and back again leaves the rounding of the large way.
         let lengths = self.map.translation.length()
-            + largest_stretch(self.map.matrix3.into()) * inner.translation.length()
+            + largest_stretch(self.map.matrix3) * inner.translation.length()
             + map.translation.length();
         Self {
             map,
@@ -66,85 +71,12 @@ impl Placed {
 
     /// The factor of a transform that keeps angles.
     fn similarity(&self) -> Option<f64> {
-        let m = DMat3::from(self.map.matrix3);
+        let m = self.map.matrix3;
         let factor = m.x_axis.length();
         let gram = m.transpose() * m;
         let wanted = DMat3::from_diagonal(DVec3::splat(factor * factor));
         gram.abs_diff_eq(wanted, 1e-13 * factor * factor)
             .then_some(factor * (1.0 + 1e-13))
-    }
-}
-
-/// A box along the axes that may be infinite. Empty where `min` > `max`.
-#[derive(Clone, Copy, Debug)]
-struct Aabb {
-    min: DVec3,
-    max: DVec3,
-}
-
-impl Aabb {
-    const EMPTY: Self = Self {
-        min: DVec3::INFINITY,
-        max: DVec3::NEG_INFINITY,
-    };
-    const ALL: Self = Self {
-        min: DVec3::NEG_INFINITY,
-        max: DVec3::INFINITY,
-    };
-
-    fn around(centre: DVec3, half: DVec3) -> Self {
-        Self {
-            min: centre - half,
-            max: centre + half,
-        }
-    }
-
-    fn around_balls(balls: &[Sphere]) -> Self {
-        let each = balls
-            .iter()
-            .map(|b| Self::around(b.centre, DVec3::splat(b.radius)));
-        each.fold(Self::EMPTY, Self::union)
-    }
-
-    fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
-    }
-
-    fn intersection(self, other: Self) -> Self {
-        Self {
-            min: self.min.max(other.min),
-            max: self.max.min(other.max),
-        }
-    }
-
-    fn grown(self, by: f64) -> Self {
-        Self {
-            min: self.min - by,
-            max: self.max + by,
-        }
-    }
-
-    fn is_empty(&self) -> bool {
-        self.min.cmpgt(self.max).any()
-    }
-
-    fn is_finite(&self) -> bool {
-        self.min.is_finite() && self.max.is_finite()
-    }
-
-    fn corners(&self) -> Vec<Sphere> {
-        corners(self.min, self.max).map(point).to_vec()
-    }
-
-    fn bounds(&self) -> Bounds {
-        if self.is_empty() || self.is_finite() {
-            Bounds::around_box(self.min, self.max)
-        } else {
-            Bounds::Unbounded
-        }
     }
 }
 
@@ -252,7 +184,7 @@ impl Extent {
     }
 
     fn ball_of(placed: &Placed, centre: DVec3, radius: f64) -> Self {
-        let linear = DMat3::from(placed.map.matrix3);
+        let linear = placed.map.matrix3;
         let factor = placed
             .similarity()
             .unwrap_or_else(|| largest_stretch(linear));
@@ -277,7 +209,7 @@ impl Extent {
             .try_normalize()
             .unwrap_or(DVec3::Y)
             .any_orthonormal_pair();
-        let linear = DMat3::from(placed.map.matrix3);
+        let linear = placed.map.matrix3;
         let (mu, mv) = (linear * u, linear * v);
         let mut generators = Vec::new();
         let mut aabb = Aabb::EMPTY;
@@ -310,8 +242,8 @@ impl Extent {
     }
 
     fn torus(placed: &Placed, major: f64, minor: f64) -> Self {
-        let linear = DMat3::from(placed.map.matrix3);
-        let centre = placed.map.translation.into();
+        let linear = placed.map.matrix3;
+        let centre = placed.map.translation;
         let factor = placed
             .similarity()
             .unwrap_or_else(|| largest_stretch(linear));
@@ -332,7 +264,7 @@ impl Extent {
     /// intersected with.
     fn plane(placed: &Placed, normal: DVec3, distance: f64) -> Self {
         let mut aabb = Aabb::ALL;
-        let linear = DMat3::from(placed.map.matrix3);
+        let linear = placed.map.matrix3;
         let world = linear.inverse().transpose() * normal;
         if let (Some(unit), Some(own)) = (world.try_normalize(), normal.try_normalize()) {
             let on_plane = placed.map.transform_point3(own * distance);
@@ -460,40 +392,6 @@ fn ring(centre: DVec3, u: DVec3, v: DVec3, radius: f64) -> Vec<Sphere> {
             }
         })
         .collect()
-}
-
-fn row_lengths(m: DMat3) -> DVec3 {
-    let t = m.transpose();
-    DVec3::new(t.x_axis.length(), t.y_axis.length(), t.z_axis.length())
-}
-
-/// By how much the map lengthens a vector at most, rounded outwards.
-fn largest_stretch(m: DMat3) -> f64 {
-    let scale = row_lengths(m).max_element();
-    if scale == 0.0 || !scale.is_finite() {
-        return scale;
-    }
-    // The largest eigenvalue of the symmetric matrix MᵀM, by the cosine formula
-    // (Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix").
-    let m = m * scale.recip();
-    let a = m.transpose() * m;
-    let off = a.y_axis.x.powi(2) + a.z_axis.x.powi(2) + a.z_axis.y.powi(2);
-    let mean = (a.x_axis.x + a.y_axis.y + a.z_axis.z) / 3.0;
-    let diagonal = DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) - mean;
-    let spread = ((diagonal.length_squared() + 2.0 * off) / 6.0).sqrt();
-    let largest = if spread == 0.0 {
-        mean
-    } else {
-        let half_det = (a - DMat3::from_diagonal(DVec3::splat(mean))).determinant() / 2.0;
-        let angle = (half_det / spread.powi(3)).clamp(-1.0, 1.0).acos() / 3.0;
-        mean + 2.0 * spread * angle.cos()
-    };
-    // Near a double eigenvalue the cosine loses half of the digits.
-    let frobenius = a.x_axis.x + a.y_axis.y + a.z_axis.z;
-    scale
-        * (largest * (1.0 + 1e-7))
-            .min(frobenius * (1.0 + 1e-14))
-            .sqrt()
 }
 
 #[cfg(test)]

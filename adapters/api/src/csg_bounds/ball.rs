@@ -88,7 +88,7 @@ pub fn ball_around(balls: &[Sphere]) -> Bounds {
     let reach = |ball: &Sphere| (ball.centre - centre).length() + ball.radius;
     let radius = balls.iter().map(reach).fold(0.0, f64::max);
     // Below the range of squares the measured length is 0, not small.
-    let radius = radius.max(best.radius * size * (1.0 - 1e-9));
+    let radius = radius.max(best.radius * size);
     Bounds::sphere(centre, radius).rounded_outwards()
 }
 
