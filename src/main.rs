@@ -1,2 +1,7 @@
-//! The program.
-fn main() {}
+//! The program: arguments, call, errors.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(decor::cli::run())
+}

@@ -327,7 +327,7 @@ fn check(film: &Film) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn conversion_loses_nothing(text in film_text()) {

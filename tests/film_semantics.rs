@@ -34,7 +34,7 @@ fn read(text: impl AsRef<[u8]>) -> Film {
 }
 
 fn body(text: &str) -> Film {
-    read(format!("{HEAD}{text}"))
+    read(format!("@0\n{HEAD}{text}"))
 }
 
 /// The names of the objects of a frame.
@@ -281,10 +281,10 @@ fn text_is_read_as_it_comes() {
 
 #[test]
 fn whole_film_values_may_be_repeated() {
-    let film = body("*images 3\n@1\n*taille 320 240\n*frames 3\n");
+    let film = body("*images 3\n*taille 320 240\n@1\n*taille 320 240\n*frames 3\n");
     assert_eq!(film.frames(), 0..=2);
     // The size may come late.
-    let film = read("*eye 0 2 -10\n*aim 0 0 0\n*angles 60 45\n@1\n*size 4 4\n");
+    let film = read("@0\n*eye 0 2 -10\n*aim 0 0 0\n*angles 60 45\n@1\n*size 4 4\n");
     assert_eq!(film.size().width, 4);
 }
 

@@ -51,7 +51,7 @@ pub struct ProcessCall<'a> {
 pub struct Ended {
     /// Its exit status.
     pub status: ExitStatus,
-    /// The end of what it printed on stderr.
+    /// What it printed on stderr; of very much, the end.
     pub stderr: String,
 }
 
@@ -116,9 +116,11 @@ impl ProcessCall<'_> {
             let written = std::fs::File::create(log).and_then(|mut file| file.write_all(&text));
             written.map_err(AdapterError::io(log))?;
         }
-        let stderr = tail(&text);
         match verdict {
-            Ok(status) => Ok(Ended { status, stderr }),
+            Ok(status) => Ok(Ended {
+                status,
+                stderr: String::from_utf8_lossy(&text).into_owned(),
+            }),
             Err(AdapterError::TimedOut {
                 program,
                 doing,
@@ -128,7 +130,7 @@ impl ProcessCall<'_> {
                 program,
                 doing,
                 limit,
-                stderr,
+                stderr: tail(&text),
             }),
             Err(other) => Err(other),
         }
@@ -147,7 +149,7 @@ impl ProcessCall<'_> {
             program: self.program_name(),
             status: ended.status.to_string(),
             doing: self.doing.clone(),
-            stderr: ended.stderr,
+            stderr: tail(ended.stderr.as_bytes()),
         })
     }
 

@@ -44,12 +44,16 @@ fn colour(adapter: &PovRay, run: &RunContext) -> Result<String, AdapterError> {
 fn depth(adapter: &PovRay, run: &RunContext) -> Result<String, AdapterError> {
     let layer = ball(adapter, run, Output::Depth, Region::Window(SIZE.window()))?;
     let depths = layer.depth.unwrap_or_default();
-    // The ray beside the centre meets the ball of radius 1 at 5 a little behind 4.
-    let found = depths[24 * 64 + 32];
-    if (found - 4.0).abs() > 1e-3 || depths[0] != f32::INFINITY {
-        return Err(wrong(&format!("a surface at 4 was measured at {found}")));
+    // Half a pixel beside the axis, the ray meets the ball of radius 1 at 5 at
+    // 5·cos θ − √(1 − 25·sin² θ).
+    let direction = camera()?.direction(SIZE, 32.5, 24.5);
+    let cosine = direction.z / direction.length();
+    let expected = 5.0 * cosine - (1.0 - 25.0 * (1.0 - cosine * cosine)).sqrt();
+    let found = f64::from(depths[24 * 64 + 32]);
+    if (found - expected).abs() > 1e-4 || depths[0] != f32::INFINITY {
+        return Err(wrong(&format!("a surface at {expected} was measured at {found}")));
     }
-    Ok("right to a thousandth".into())
+    Ok(format!("right to {:.0e}", (found - expected).abs().max(1e-9)))
 }
 
 fn blocks(adapter: &PovRay, run: &RunContext) -> Result<String, AdapterError> {
@@ -80,6 +84,12 @@ fn wrong(reason: &str) -> AdapterError {
     }
 }
 
+fn camera() -> Result<Camera, AdapterError> {
+    Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (60.0, 45.0)).map_err(|e| {
+        AdapterError::Unsupported { adapter: "povray".into(), what: e.to_string() }
+    })
+}
+
 fn ball(
     adapter: &PovRay,
     run: &RunContext,
@@ -102,11 +112,8 @@ fn ball(
         optics: Optics::Opaque,
         unlayerable: None,
     });
-    let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (60.0, 45.0)).map_err(|e| {
-        AdapterError::Unsupported { adapter: "povray".into(), what: e.to_string() }
-    })?;
     let scene = Scene {
-        camera,
+        camera: camera()?,
         lights: Vec::new(),
         shadows: false,
         background: Rgb([0.0, 0.0, 0.2]),

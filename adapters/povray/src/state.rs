@@ -88,9 +88,9 @@ fn push_record(file: &mut Vec<u8>, id: u32, x: u32, y: u32) {
     attribute(b"OCLA", b"TYPE", 4, b"PixD");
     attribute(b"MCLA", b"TYPE", 4, b"VImg");
     attribute(b"MIDE", b"TYPE", 4, b"PxBS");
-    // Addresses in a record are not looked at; they are padded to four bytes.
-    attribute(b"MSRC", b"ADDR", 10, &[0; 12]);
-    attribute(b"MDST", b"ADDR", 10, &[0; 12]);
+    // Addresses in a record are not looked at.
+    attribute(b"MSRC", b"ADDR", 10, &[0; 10]);
+    attribute(b"MDST", b"ADDR", 10, &[0; 10]);
     attribute(b"PBlo", b"VFL4", CHANNELS as u32, &[0; 4 * CHANNELS]);
     attribute(b"PiId", b"INT4", 4, &id.to_be_bytes());
     attribute(b"PiSi", b"INT4", 4, &1_u32.to_be_bytes());
@@ -154,7 +154,7 @@ fn block(record: &[u8]) -> Option<Option<Block<'_>>> {
         let bytes = match kind {
             // The length of a vector is a count of numbers.
             b"VFL4" => length.checked_mul(4)?,
-            _ => length.checked_next_multiple_of(4)?,
+            _ => length,
         };
         let from = at + 12;
         let value = record.get(from..from.checked_add(bytes)?)?;

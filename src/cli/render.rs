@@ -1,0 +1,300 @@
+//! `decor render`: a film's frames.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::{Args, ValueEnum};
+use decor_api::{Baseline, PictureFormat, RunContext, Tally};
+use serde::Serialize;
+
+use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
+use super::progress::Progress;
+use super::{Failure, Status, print_json};
+use crate::frames::{name, write_safely};
+use crate::plan::{Mode, plan};
+use crate::render::{Options, TracedPixels, WorkFolder, render};
+use crate::report::{Clock, Summary, period_summaries};
+use crate::stage::Stage;
+
+/// Render a film.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  decor render plane.anim -o frames
+  decor render plane.anim -o exact --mode exact --format png16
+  decor render plane.anim -o plain --baseline
+  decor render plane.anim -o part --frames 10-20 --keep scenes")]
+pub struct RenderArgs {
+    #[command(flatten)]
+    film: FilmArgs,
+    #[command(flatten)]
+    wishes: PlanWishes,
+    /// Where the frames go: frame_0000.png …, and decor.json.
+    #[arg(short, long, value_name = "DIR")]
+    out: PathBuf,
+    /// Frame by frame by the stock renderer: one plain call over the film.
+    #[arg(long, conflicts_with_all = ["mode", "period", "jobs", "resume"])]
+    baseline: bool,
+    /// The format of the frames.
+    #[arg(long, value_enum, default_value_t = Format::Png)]
+    format: Format,
+    /// Calls of the renderer at once [default: chosen].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Keep the frames of an interrupted run of the same job.
+    #[arg(long)]
+    resume: bool,
+    /// Keep the scene files and the renderer's logs here.
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
+    /// One JSON object a line on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A picture format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// 8 bits a channel.
+    Png,
+    /// 16 bits a channel.
+    Png16,
+    /// Linear float, with the depth in Z.
+    Exr,
+}
+
+impl Format {
+    fn picture(self) -> PictureFormat {
+        match self {
+            Self::Png => PictureFormat::Png,
+            Self::Png16 => PictureFormat::Png16,
+            Self::Exr => PictureFormat::Exr,
+        }
+    }
+
+    fn text(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Png16 => "png16",
+            Self::Exr => "exr",
+        }
+    }
+}
+
+/// A finished frame, for `--json`.
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "frame")]
+struct FrameLine<'a> {
+    frame: u32,
+    file: &'a Path,
+}
+
+/// Runs the verb.
+pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
+    let clock = Clock::start();
+    let cancel = cancelled_by_ctrl_c();
+    let stage = args.film.stage(&cancel)?;
+    let frames = args.film.wanted(&stage.film);
+    let summary = if args.baseline {
+        baseline(args, &stage, frames, &cancel, &clock)?
+    } else {
+        layered(args, &stage, frames, &cancel, &clock, quiet)?
+    };
+    let text = serde_json::to_string_pretty(&summary).map_err(Failure::internal)? + "\n";
+    write_safely(&args.out.join("decor.json"), text.as_bytes())?;
+    if args.json {
+        print_json(&summary)?;
+    } else if !quiet {
+        tell(&summary, &args.out);
+    }
+    Ok(Status::Done)
+}
+
+fn layered(
+    args: &RenderArgs,
+    stage: &Stage,
+    frames: (u32, u32),
+    cancel: &Arc<AtomicBool>,
+    clock: &Clock,
+    quiet: bool,
+) -> Result<Summary, Failure> {
+    let format = args.format.picture();
+    let plan = plan(stage, args.wishes.wishes(frames, format == PictureFormat::Exr))?;
+    let mut summary = describe(args, stage, frames);
+    summary.mode = plan.wishes.mode.to_string();
+    summary.periods = period_summaries(&plan);
+    summary.fallback = plan.is_fallback();
+    make_folder(&args.out)?;
+    let skip = if args.resume { finished(args, &summary.job, frames) } else { BTreeSet::new() };
+    // What is there belongs to this job from now on, also if it is interrupted.
+    write_safely(&args.out.join(JOB_FILE), summary.job.as_bytes())?;
+    let options = Options {
+        out: args.out.clone(),
+        format,
+        jobs: args.jobs.map(usize::from),
+        keep: args.keep.clone(),
+        timeout: args.film.timeout(),
+        cancel: Arc::clone(cancel),
+        skip,
+    };
+    let left = u64::from(frames.1 - frames.0 + 1) - options.skip.len() as u64;
+    let progress = Progress::new(left, quiet || args.json);
+    let watch = |frame: u32, file: &Path| {
+        progress.frame();
+        if args.json {
+            // A reader that went away is found out at the end, by the summary.
+            let _ = print_json(&FrameLine { frame, file });
+        }
+    };
+    let done = render(stage, &plan, &options, &watch);
+    progress.finish();
+    let done = done?;
+    // Only an interrupted run needs it.
+    let _ = std::fs::remove_file(args.out.join(JOB_FILE));
+    summary.frames_kept = options.skip.len() as u64;
+    summary.renderer_calls = done.calls;
+    summary.renderer_frames = done.pictures;
+    summary.pixels_traced = done.traced;
+    (summary.wall_s, summary.cpu_s) = (clock.wall_s(), clock.cpu_s());
+    Ok(summary)
+}
+
+/// Where the job of an unfinished run is noted.
+const JOB_FILE: &str = ".decor-job";
+
+/// The frames that an earlier run of the same job has left. Frames are renamed
+/// into place: one that is there is whole.
+fn finished(args: &RenderArgs, job: &str, frames: (u32, u32)) -> BTreeSet<u32> {
+    let unfinished = std::fs::read_to_string(args.out.join(JOB_FILE)).ok();
+    let complete = || {
+        let text = std::fs::read_to_string(args.out.join("decor.json")).ok()?;
+        let value: serde_json::Value = serde_json::from_str(&text).ok()?;
+        Some(value.get("job")?.as_str()?.to_owned())
+    };
+    if unfinished.or_else(complete).as_deref() != Some(job) {
+        return BTreeSet::new();
+    }
+    let format = args.format.picture();
+    (frames.0..=frames.1).filter(|n| args.out.join(name(*n, format)).is_file()).collect()
+}
+
+fn baseline(
+    args: &RenderArgs,
+    stage: &Stage,
+    frames: (u32, u32),
+    cancel: &Arc<AtomicBool>,
+    clock: &Clock,
+) -> Result<Summary, Failure> {
+    let film = (*stage.film.frames().start(), *stage.film.frames().end());
+    if frames.0 < film.0 || frames.1 > film.1 {
+        return Err(crate::plan::PlanError::NoSuchFrames { film, asked: frames }.into());
+    }
+    let format = args.format.picture();
+    let request = Baseline {
+        prototypes: &stage.library.table,
+        size: stage.size(),
+        antialias: stage.antialias(),
+        film,
+        frames: (frames.0..=frames.1)
+            .map(|n| (n, Arc::new(stage.scene(&stage.film.frame(n), |_| true))))
+            .collect(),
+        format,
+    };
+    let work = WorkFolder::new(args.keep.as_deref())?;
+    let tally = Arc::new(Tally::default());
+    let run = RunContext {
+        work: work.path.clone(),
+        keep: args.keep.is_some(),
+        timeout: args.film.timeout(),
+        threads: None,
+        cancel: Arc::clone(cancel),
+        tally: Arc::clone(&tally),
+    };
+    let files = stage.adapter.baseline(&request, &run)?;
+    make_folder(&args.out)?;
+    for (number, file) in files {
+        let bytes = std::fs::read(&file).map_err(|source| {
+            Failure::from(decor_api::AdapterError::BadOutput {
+                program: stage.adapter.name().into(),
+                file: file.clone(),
+                reason: source.to_string(),
+            })
+        })?;
+        let path = args.out.join(name(number, format));
+        write_safely(&path, &bytes)?;
+        // The copy is in place; the original would be a second film on the disk.
+        let _ = std::fs::remove_file(&file);
+        if args.json {
+            print_json(&FrameLine { frame: number, file: &path })?;
+        }
+    }
+    let mut summary = describe(args, stage, frames);
+    summary.mode = "baseline".into();
+    (summary.renderer_calls, summary.renderer_frames) = tally.read();
+    summary.pixels_traced = TracedPixels { whole: summary.pixels_full, ..Default::default() };
+    (summary.wall_s, summary.cpu_s) = (clock.wall_s(), clock.cpu_s());
+    Ok(summary)
+}
+
+/// A summary of what is about to be done.
+fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
+    let size = stage.size();
+    let count = u64::from(frames.1 - frames.0 + 1);
+    let abilities = stage.adapter.abilities();
+    let mode = args.wishes.mode.unwrap_or(Mode::Equivalent);
+    let job = blake3::hash(
+        format!("{} {mode} {:?} {}", stage.key(), args.wishes.period, args.format.text()).as_bytes(),
+    );
+    Summary {
+        decor: env!("CARGO_PKG_VERSION").into(),
+        film: args.film.film.display().to_string(),
+        frames: count,
+        frames_kept: 0,
+        first_frame: frames.0,
+        width: size.width,
+        height: size.height,
+        renderer: stage.adapter.name().into(),
+        renderer_version: abilities.version.clone(),
+        mode: mode.to_string(),
+        threshold_px: 0.0,
+        format: args.format.text().into(),
+        periods: Vec::new(),
+        wall_s: 0.0,
+        cpu_s: 0.0,
+        renderer_calls: 0,
+        renderer_frames: 0,
+        pixels_traced: TracedPixels::default(),
+        pixels_full: count * size.pixels() as u64,
+        fallback: false,
+        job: job.to_hex().to_string(),
+    }
+}
+
+fn make_folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path).map_err(|source| Failure::write(path, source))
+}
+
+fn tell(summary: &Summary, out: &Path) {
+    let traced = summary.pixels_traced.total();
+    let share = traced as f64 / summary.pixels_full.max(1) as f64 * 100.0;
+    eprintln!(
+        "decor: {} frames in {} ({}, {} {}): {:.1} s, {:.1} s of CPU, {} calls, {share:.0} % of the pixels traced",
+        summary.frames,
+        out.display(),
+        summary.mode,
+        summary.renderer,
+        summary.renderer_version,
+        summary.wall_s,
+        summary.cpu_s,
+        summary.renderer_calls,
+    );
+    let mut reasons: Vec<&String> = summary.periods.iter().filter_map(|p| p.whole.as_ref()).collect();
+    reasons.dedup();
+    if summary.fallback {
+        for reason in reasons.into_iter().take(3) {
+            eprintln!("decor: rendered frame by frame: {reason}");
+        }
+    }
+}

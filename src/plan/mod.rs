@@ -1,0 +1,168 @@
+//! The plan: which frames share a décor, and what is rendered where in each.
+//!
+//! A plan is a value. It can be printed (`decor plan`), and executed
+//! (`decor render`); nothing is decided after it.
+
+mod blocks;
+mod cost;
+mod make;
+
+use std::fmt;
+
+use decor_api::Window;
+
+pub use blocks::BlockSet;
+pub use cost::{Costs, Price};
+pub use make::{PlanError, plan};
+
+use crate::segmentation::{Class, Segmented};
+
+/// What the frames promise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Every frame is rendered whole, many at once: the renderer's own frames.
+    Full,
+    /// The renderer's own frames, pixel for pixel; what nothing changed is kept.
+    Exact,
+    /// Not to be told apart by eye.
+    Equivalent,
+    /// The plain merge: shadows stay inside each layer.
+    Preview,
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Full => "full",
+            Self::Exact => "exact",
+            Self::Equivalent => "equivalent",
+            Self::Preview => "preview",
+        })
+    }
+}
+
+/// What is asked of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wishes {
+    /// The promise.
+    pub mode: Mode,
+    /// Frames per décor at most; `None`: as long as it holds.
+    pub period: Option<u32>,
+    /// The first and last frame to render.
+    pub frames: (u32, u32),
+    /// Is the depth of every frame wanted too?
+    pub with_depth: bool,
+}
+
+/// Why frames are rendered whole.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WholeReason {
+    /// The mode says so.
+    Asked,
+    /// The observer, a light or the background changes in every frame.
+    SurroundingsChange,
+    /// No object stays where it is.
+    NothingStays,
+    /// Something changes every pixel: what the renderer's files say.
+    Unconfined(String),
+    /// Shadows fall from one layer onto the other.
+    Shadows,
+    /// What has to be rendered again is more than a whole frame.
+    NoGain,
+}
+
+impl fmt::Display for WholeReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Asked => write!(f, "asked for"),
+            Self::SurroundingsChange => {
+                write!(f, "the observer, a light or the background changes in every frame")
+            }
+            Self::NothingStays => write!(f, "no object stays where it is"),
+            Self::Unconfined(what) => write!(f, "{what} can change every pixel"),
+            Self::Shadows => write!(
+                f,
+                "shadows fall between what moves and what does not (`--mode preview` leaves them out)"
+            ),
+            Self::NoGain => write!(f, "what moves covers so much that nothing is won"),
+        }
+    }
+}
+
+/// What is done for one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FramePlan {
+    /// The whole frame is rendered.
+    Whole,
+    /// The décor, with layers merged into it.
+    Layered {
+        /// Where fast objects are rendered and merged; may be empty.
+        fast: Window,
+        /// Blocks that are rendered from the full scene, over everything else.
+        blocks: BlockSet,
+    },
+}
+
+/// Frames that one décor serves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Period {
+    /// Its first frame; the décor shows it.
+    pub start: u32,
+    /// What is done for each frame, from `start` on.
+    pub frames: Vec<FramePlan>,
+    /// Every object of the period.
+    pub objects: Vec<Segmented>,
+    /// Why it has no décor, where it has none.
+    pub whole: Option<WholeReason>,
+}
+
+impl Period {
+    /// Its length in frames.
+    pub fn len(&self) -> u32 {
+        self.frames.len() as u32
+    }
+
+    /// Has it no frame? Never, in a plan.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// The frames' numbers.
+    pub fn numbers(&self) -> std::ops::Range<u32> {
+        self.start..self.start + self.len()
+    }
+
+    /// How many objects have this class.
+    pub fn count(&self, class: Class) -> usize {
+        self.objects.iter().filter(|o| o.class == class).count()
+    }
+
+    /// Is a décor rendered?
+    pub fn has_decor(&self) -> bool {
+        self.whole.is_none()
+    }
+
+    /// Is the décor's depth needed: for a merge?
+    pub fn merges(&self) -> bool {
+        self.frames
+            .iter()
+            .any(|frame| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty()))
+    }
+}
+
+/// The whole plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// What was asked.
+    pub wishes: Wishes,
+    /// The periods, in order, without a gap.
+    pub periods: Vec<Period>,
+}
+
+impl Plan {
+    /// Is every frame rendered whole although something else was asked?
+    pub fn is_fallback(&self) -> bool {
+        self.wishes.mode != Mode::Full && self.periods.iter().all(|p| p.whole.is_some())
+    }
+}
