@@ -144,18 +144,33 @@ pub struct TextError {
 
 impl TextError {
     /// About the bytes `start..end` of `text`.
-    pub fn new(path: &Path, text: &str, start: usize, end: usize, reason: String) -> Self {
-        let start = text.floor_char_boundary(start.min(text.len()));
-        let end = text.floor_char_boundary(end.min(text.len())).max(start);
+    pub(super) fn at(
+        path: &Path,
+        text: &str,
+        start: usize,
+        end: usize,
+        reason: String,
+    ) -> Box<Self> {
+        let start = char_start(text, start);
+        let end = char_start(text, end).max(start);
         let before = &text[..start];
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        Self {
+        Box::new(Self {
             path: path.to_owned(),
             line: before.matches('\n').count() + 1,
             column: before[line_start..].chars().count() + 1,
             reason,
             text: NamedSource::new(path.display().to_string(), text.to_owned()),
             at: (start, end - start).into(),
-        }
+        })
     }
+}
+
+/// The start of the character that byte `at` belongs to.
+fn char_start(text: &str, at: usize) -> usize {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
 }

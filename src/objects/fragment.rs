@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use decor_api::{Bounds, Fragment, NativeFile};
+use decor_api::{Bounds, Fragment, NativeFile, Optics, Said};
 use glam::DVec3;
 
 use super::error::TextError;
@@ -18,7 +18,7 @@ const LARGEST_TEXT: usize = 16 << 20;
 ///
 /// # Errors
 /// Where the line begins so and does not go on with four usable numbers.
-pub(super) fn stated_bounds(path: &Path, text: &[u8]) -> Result<Option<Bounds>, TextError> {
+pub(super) fn stated_bounds(path: &Path, text: &[u8]) -> Result<Option<Bounds>, Box<TextError>> {
     let line = text.split(|&b| b == b'\n').next().unwrap_or_default();
     let line = String::from_utf8_lossy(line);
     let comment = line.trim_start_matches('\u{feff}').trim();
@@ -42,7 +42,7 @@ pub(super) fn stated_bounds(path: &Path, text: &[u8]) -> Result<Option<Bounds>, 
         let end = line.trim_end().len();
         let reason = "expected // bounds: x y z r, four finite numbers, r not negative".to_owned();
         // The text may not be UTF-8: its first line is all there is to show.
-        return Err(TextError::new(path, &line, start, end, reason));
+        return Err(TextError::at(path, &line, start, end, reason));
     }
     Ok(Some(bounds))
 }
@@ -230,7 +230,7 @@ pub(super) fn inspection_key(
     depends.key(adapter, version)
 }
 
-/// What [`Said`](decor_api::Said) is in the cache.
+/// What [`Said`] is in the cache.
 #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct KeptSaid {
@@ -247,7 +247,7 @@ enum KeptBounds {
 }
 
 impl KeptSaid {
-    pub(super) fn new(said: &decor_api::Said) -> Self {
+    pub(super) fn new(said: &Said) -> Self {
         Self {
             bounds: match said.bounds {
                 Bounds::Empty => KeptBounds::Empty,
@@ -257,25 +257,23 @@ impl KeptSaid {
                 Bounds::Unbounded => KeptBounds::Unbounded,
             },
             optical: match &said.optics {
-                decor_api::Optics::Opaque => None,
-                decor_api::Optics::Optical(why) => Some(why.clone()),
+                Optics::Opaque => None,
+                Optics::Optical(why) => Some(why.clone()),
             },
             unlayerable: said.unlayerable.clone(),
         }
     }
 
-    pub(super) fn into_said(self) -> Option<decor_api::Said> {
-        Some(decor_api::Said {
+    pub(super) fn into_said(self) -> Said {
+        Said {
             bounds: match self.bounds {
                 KeptBounds::Empty => Bounds::Empty,
                 KeptBounds::Sphere([x, y, z, r]) => Bounds::sphere(DVec3::new(x, y, z), r),
                 KeptBounds::Unbounded => Bounds::Unbounded,
             },
-            optics: self
-                .optical
-                .map_or(decor_api::Optics::Opaque, decor_api::Optics::Optical),
+            optics: self.optical.map_or(Optics::Opaque, Optics::Optical),
             unlayerable: self.unlayerable,
-        })
+        }
     }
 }
 

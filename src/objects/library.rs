@@ -242,7 +242,7 @@ impl Reader<'_> {
                 language,
             }]);
         }
-        let stated = fragment::stated_bounds(&file, &text).map_err(|e| vec![Box::new(e).into()])?;
+        let stated = fragment::stated_bounds(&file, &text).map_err(|e| vec![e.into()])?;
         let fragment = Fragment {
             file: NativeFile {
                 path: file,
@@ -289,7 +289,7 @@ impl Inspector<'_> {
             let name = self.adapter.name();
             let key = fragment::inspection_key(fragment, self.includes, name, version);
             let kept = key.as_ref().and_then(|key| self.cache.get(KIND, key));
-            match kept.and_then(KeptSaid::into_said) {
+            match kept.map(KeptSaid::into_said) {
                 Some(said) => {
                     self.said.insert(hash.to_owned(), said);
                 }

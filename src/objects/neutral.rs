@@ -77,7 +77,7 @@ pub(super) fn read(
     bytes: &[u8],
     files: &mut Files,
 ) -> Result<Csg, Vec<ObjectProblem>> {
-    let node = parse(path, bytes).map_err(|e| vec![Box::new(e).into()])?;
+    let node = parse(path, bytes).map_err(|e| vec![e.into()])?;
     let text = String::from_utf8_lossy(bytes);
     let mut problems = Vec::new();
     let mut meshes: HashMap<String, Arc<TriangleMesh>> = HashMap::new();
@@ -90,8 +90,8 @@ pub(super) fn read(
             // The mesh has no place of its own in the tree, but its name has.
             let start = text.find(&format!("\"{named}\"")).unwrap_or(0);
             let reason = with_causes(&error);
-            let at = TextError::new(path, &text, start, start + named.len() + 2, reason);
-            problems.push(Box::new(at).into());
+            let at = TextError::at(path, &text, start, start + named.len() + 2, reason);
+            problems.push(at.into());
             TriangleMesh::default()
         }));
         meshes.insert(named.to_owned(), mesh.clone());
@@ -108,18 +108,18 @@ pub(super) fn read(
 ///
 /// # Errors
 /// The place of the first error, and what was expected.
-pub fn check(path: &Path, bytes: &[u8]) -> Result<(), TextError> {
+pub fn check(path: &Path, bytes: &[u8]) -> Result<(), Box<TextError>> {
     parse(path, bytes).map(|_| ())
 }
 
-fn parse(path: &Path, bytes: &[u8]) -> Result<Node, TextError> {
+fn parse(path: &Path, bytes: &[u8]) -> Result<Node, Box<TextError>> {
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => text.strip_prefix('\u{feff}').unwrap_or(text),
         Err(error) => {
             let at = error.valid_up_to();
             let text = String::from_utf8_lossy(bytes);
             let reason = "expected UTF-8".to_owned();
-            return Err(TextError::new(path, &text, at, at + 1, reason));
+            return Err(TextError::at(path, &text, at, at + 1, reason));
         }
     };
     let options = Options::default()
@@ -134,7 +134,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Node, TextError> {
             ron::Error::ExceededRecursionLimit => "nodes stand in each other too deeply".to_owned(),
             other => other.to_string(),
         };
-        TextError::new(path, text, start, end, reason)
+        TextError::at(path, text, start, end, reason)
     })
 }
 

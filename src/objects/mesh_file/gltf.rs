@@ -6,7 +6,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::{STANDARD, STANDARD_NO_PAD};
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::{Source, View};
 use gltf::mesh::Mode;
@@ -229,7 +229,7 @@ impl File {
                 vertices: count,
             });
         }
-        let linear = DMat3::from(world_from_node.matrix3);
+        let linear = world_from_node.matrix3;
         let keeps_order = linear.determinant() < 0.0;
         let mut push = |[a, b, c]: [u64; 3]| {
             let [b, c] = if keeps_order { [b, c] } else { [c, b] };

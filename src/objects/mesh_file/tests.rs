@@ -430,18 +430,8 @@ fn look_at(ending: &str, bytes: &[u8]) -> Result<(), TestCaseError> {
 /// Panics of the readers that only the guard stops.
 const KNOWN_PANICS: [&str; 0] = [];
 
-/// More than usual, and as many as one asks for.
-fn cases() -> u32 {
-    let usual = ProptestConfig::default().cases;
-    if std::env::var_os("PROPTEST_CASES").is_some() {
-        usual
-    } else {
-        2 * usual
-    }
-}
-
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(cases()))]
+    #![proptest_config(ProptestConfig::with_cases(512))]
 
     #[test]
     fn any_bytes_are_read_without_a_panic(
