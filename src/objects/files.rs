@@ -67,7 +67,7 @@ pub(super) fn stays_inside(path: &Path) -> bool {
 }
 
 /// The files of one description.
-pub struct Files {
+pub(super) struct Files {
     allow_outside: bool,
     hasher: blake3::Hasher,
 }

@@ -22,4 +22,5 @@ mod neutral_values;
 
 pub use cache::Cache;
 pub use error::{ObjectError, ObjectProblem, TextError};
+pub use files::FileError;
 pub use library::Library;
