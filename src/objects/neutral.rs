@@ -30,7 +30,7 @@
 //! | `cone(base: …, base_radius: r, cap: …, cap_radius: r)` | solid; a radius that is left out is 0 |
 //! | `torus(major: R, minor: r)` | around the y axis, in y = 0; r ≤ R |
 //! | `plane(normal: (x, y, z), distance: d)` | the half-space below; `distance` may be left out |
-//! | `mesh("file.ply")` | a mesh file beside the description ([`mesh_file`](super::mesh_file)) |
+//! | `mesh("file.ply")` | a mesh file beside the description ([`mesh_file`]) |
 //! | `union([…])`, `intersection([…])` | of at least one node |
 //! | `difference(node, […])` | the first without the others |
 //! | `translate((x, y, z), node)` | moved |
