@@ -129,10 +129,15 @@ impl Ground {
         Self {
             size,
             colour: Arc::new(if exr { colour } else { Vec::new() }),
-            depth: exr.then(|| Arc::new(layer.depth.clone().unwrap_or_default())),
+            depth: exr.then(|| Arc::new(single(layer.depth.as_deref().unwrap_or_default()))),
             encoded,
         }
     }
+}
+
+/// Depths as OpenEXR keeps them.
+fn single(depth: &[f64]) -> Vec<f32> {
+    depth.iter().map(|&d| d as f32).collect()
 }
 
 impl Encoder<'_> {
@@ -182,7 +187,7 @@ impl Encoder<'_> {
                 let (from, into) = (k * width, y * row + patch.window.x as usize);
                 colour[into..into + width].copy_from_slice(&patch.colour[from..from + width]);
                 if let (Some(depth), Some(new)) = (&mut depth, &patch.depth) {
-                    depth[into..into + width].copy_from_slice(&new[from..from + width]);
+                    depth[into..into + width].copy_from_slice(&single(&new[from..from + width]));
                 }
             }
         }

@@ -3,7 +3,7 @@
 use std::io::{Seek, Write};
 use std::path::Path;
 
-use decor_api::{Layer, Size, Window};
+use decor_api::{Size, Window};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer as ExrLayer, LayerAttributes,
     SmallVec, WritableImage,
@@ -18,6 +18,17 @@ pub enum LayerFileError {
     /// It has no colour channels.
     #[error("it has no channels R, G and B")]
     NoColour,
+}
+
+/// What a file holds of a layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredLayer {
+    /// The whole picture.
+    pub window: Window,
+    /// Linear red, green, blue, premultiplied by coverage, and coverage.
+    pub colour: Option<Vec<[f32; 4]>>,
+    /// The distance along the ray; +∞ where nothing is.
+    pub depth: Option<Vec<f32>>,
 }
 
 /// Writes a whole frame: red, green, blue and coverage as `R G B A`, the
@@ -55,7 +66,7 @@ pub fn write_exr(
 ///
 /// # Errors
 /// Where it is no such file, or has no colour.
-pub fn read_exr(path: &Path) -> Result<Layer, LayerFileError> {
+pub fn read_exr(path: &Path) -> Result<StoredLayer, LayerFileError> {
     let image = exr::prelude::read_first_flat_layer_from_file(path)?;
     let layer = image.layer_data;
     let (width, height) = (layer.size.0, layer.size.1);
@@ -69,11 +80,10 @@ pub fn read_exr(path: &Path) -> Result<Layer, LayerFileError> {
     let (r, g, b) = (plane("R")?, plane("G")?, plane("B")?);
     let a = channel("A").unwrap_or_else(|| vec![1.0; r.len()]);
     let colour = (0..r.len()).map(|k| [r[k], g[k], b[k], a[k]]).collect();
-    Ok(Layer {
+    Ok(StoredLayer {
         window: Window { x: 0, y: 0, width: width as u32, height: height as u32 },
         colour: Some(colour),
         depth: channel("Z"),
-        depth_quantum: (0.0, 0.0),
     })
 }
 

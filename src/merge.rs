@@ -16,7 +16,7 @@ pub struct Patch {
     /// Linear red, green, blue, premultiplied by coverage, and coverage.
     pub colour: Vec<[f32; 4]>,
     /// The distance along the ray, where it is wanted.
-    pub depth: Option<Vec<f32>>,
+    pub depth: Option<Vec<f64>>,
 }
 
 /// Merges a fast layer's window into the décor. All three cover the window of
@@ -39,7 +39,7 @@ pub fn merge(decor: &Layer, fast_colour: &Layer, fast_depth: &Layer, antialiased
     );
 
     let mut colour = vec![[0.0; 4]; window.pixels()];
-    let mut depth = vec![f32::INFINITY; window.pixels()];
+    let mut depth = vec![f64::INFINITY; window.pixels()];
     if width == 0 {
         return Patch { window, colour, depth: Some(depth) };
     }
@@ -70,11 +70,11 @@ pub fn merge(decor: &Layer, fast_colour: &Layer, fast_depth: &Layer, antialiased
 }
 
 /// Is the fast object before the décor, or as near as can be told?
-fn wins(fast: f32, decor: f32, quantum: (f32, f32)) -> bool {
-    if fast == f32::INFINITY {
+fn wins(fast: f64, decor: f64, quantum: (f64, f64)) -> bool {
+    if fast == f64::INFINITY {
         return false;
     }
-    if decor == f32::INFINITY {
+    if decor == f64::INFINITY {
         return true;
     }
     fast <= decor + (quantum.0 + quantum.1 * fast.max(decor))
@@ -82,13 +82,13 @@ fn wins(fast: f32, decor: f32, quantum: (f32, f32)) -> bool {
 
 /// The depth of a fast pixel, also where its edge covers a part of the pixel
 /// but not the centre: then that of the nearest neighbour that has one.
-fn edge_depth(depth: &[f32], window: Window, x: usize, y: usize) -> f32 {
+fn edge_depth(depth: &[f64], window: Window, x: usize, y: usize) -> f64 {
     let (width, height) = (window.width as usize, window.height as usize);
     let own = depth[y * width + x];
-    if own != f32::INFINITY {
+    if own != f64::INFINITY {
         return own;
     }
-    let mut nearest = f32::INFINITY;
+    let mut nearest = f64::INFINITY;
     for row in y.saturating_sub(1)..(y + 2).min(height) {
         for column in x.saturating_sub(1)..(x + 2).min(width) {
             nearest = nearest.min(depth[row * width + column]);
@@ -110,9 +110,9 @@ fn laid_over(over: [f32; 4], below: [f32; 4]) -> [f32; 4] {
 mod tests {
     use super::*;
 
-    const FAR: f32 = f32::INFINITY;
+    const FAR: f64 = f64::INFINITY;
 
-    fn layer(x: u32, colour: &[[f32; 4]], depth: &[f32]) -> Layer {
+    fn layer(x: u32, colour: &[[f32; 4]], depth: &[f64]) -> Layer {
         Layer {
             window: Window { x, y: 0, width: colour.len() as u32, height: 1 },
             colour: Some(colour.to_vec()),

@@ -136,10 +136,10 @@ pub struct Layer {
     pub colour: Option<Vec<[f32; 4]>>,
     /// The distance from the eye along the ray at the pixel's centre, in scene
     /// units; +∞ where nothing is.
-    pub depth: Option<Vec<f32>>,
+    pub depth: Option<Vec<f64>>,
     /// Two depths closer than `depth_quantum.0 + depth_quantum.1 · depth` may
     /// be one: how exact the adapter's depth is.
-    pub depth_quantum: (f32, f32),
+    pub depth_quantum: (f64, f64),
 }
 
 impl Layer {

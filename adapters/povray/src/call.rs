@@ -44,13 +44,19 @@ impl Folder {
         let folder = if run.keep {
             let path = run.work.join(label);
             std::fs::create_dir_all(&path).map_err(AdapterError::io(&path))?;
-            Self { path, _temporary: None }
+            Self {
+                path,
+                _temporary: None,
+            }
         } else {
             let temporary = tempfile::Builder::new()
                 .prefix(&format!("{label}-"))
                 .tempdir_in(&run.work)
                 .map_err(AdapterError::io(&run.work))?;
-            Self { path: temporary.path().to_owned(), _temporary: Some(temporary) }
+            Self {
+                path: temporary.path().to_owned(),
+                _temporary: Some(temporary),
+            }
         };
         for (name, bytes) in &text.files {
             folder.write(name, bytes)?;
@@ -94,7 +100,10 @@ impl Folder {
             let link = self.file(&name);
             match std::os::unix::fs::symlink(folder, &link) {
                 Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
-                    return Err(AdapterError::Io { path: link, source: error });
+                    return Err(AdapterError::Io {
+                        path: link,
+                        source: error,
+                    });
                 }
                 _ => {}
             }
@@ -116,15 +125,23 @@ pub fn native_files<'r>(request: &'r LayerRequest<'_>) -> impl Iterator<Item = &
 
 /// The files of all fragments of a table.
 pub fn fragments(table: &decor_api::PrototypeTable) -> impl Iterator<Item = &NativeFile> {
-    table.iter().filter_map(|(_, prototype)| match &prototype.geometry {
-        decor_api::Geometry::Fragment(fragment) => Some(&fragment.file),
-        decor_api::Geometry::Neutral(_) => None,
-    })
+    table
+        .iter()
+        .filter_map(|(_, prototype)| match &prototype.geometry {
+            decor_api::Geometry::Fragment(fragment) => Some(&fragment.file),
+            decor_api::Geometry::Neutral(_) => None,
+        })
 }
 
 /// Switches of every call: nothing is left to a configuration file.
 pub fn fixed_switches() -> Vec<String> {
-    vec![format!("+I{MAIN}"), "-D".into(), "-V".into(), "-P".into(), "+Q9".into()]
+    vec![
+        format!("+I{MAIN}"),
+        "-D".into(),
+        "-V".into(),
+        "-P".into(),
+        "+Q9".into(),
+    ]
 }
 
 /// One render of a request.
@@ -147,7 +164,11 @@ impl LayerCall<'_> {
         let numbering = Numbering::of(request);
         let folder = Folder::new(run, &request.label, text)?;
 
-        let antialias = if self.code.is_some() { None } else { request.antialias };
+        let antialias = if self.code.is_some() {
+            None
+        } else {
+            request.antialias
+        };
         let mut args = fixed_switches();
         args.extend(switches(framing, request.size, antialias));
         args.extend(numbering.args());
@@ -188,7 +209,11 @@ impl LayerCall<'_> {
         };
         args.push(if alpha { "+UA".into() } else { "-UA".into() });
         if self.source == LayerSource::Pictures {
-            args.push(if self.code.is_some() { "File_Gamma=1".into() } else { "File_Gamma=srgb".into() });
+            args.push(if self.code.is_some() {
+                "File_Gamma=1".into()
+            } else {
+                "File_Gamma=srgb".into()
+            });
             let window = self.rendered();
             // Starts are 1-based; a 1 would be read as a share of the whole.
             if window.x > 0 {
@@ -217,7 +242,11 @@ impl LayerCall<'_> {
         if self.is_crop() {
             return Window::EMPTY;
         }
-        let windows = self.request.shots.iter().map(|shot| self.window(&shot.region));
+        let windows = self
+            .request
+            .shots
+            .iter()
+            .map(|shot| self.window(&shot.region));
         windows.fold(Window::EMPTY, Window::union)
     }
 
@@ -261,7 +290,11 @@ impl LayerCall<'_> {
     ) -> Result<Layer, AdapterError> {
         let region = &self.request.shots[k].region;
         let window = self.window(region);
-        let rendered = if framing == Framing::Full { window } else { in_crop(window) };
+        let rendered = if framing == Framing::Full {
+            window
+        } else {
+            in_crop(window)
+        };
         let suffix = numbering.suffix(k);
         let colour = match self.source {
             LayerSource::StateFile => {
@@ -281,8 +314,11 @@ impl LayerCall<'_> {
                 let ending = if alpha { "png" } else { "ppm" };
                 let path = folder.file(&format!("layer{suffix}.{ending}"));
                 let bytes = std::fs::read(&path).map_err(|source| missing(&path, &source))?;
-                let coding =
-                    if self.code.is_some() { picture::Coding::Linear } else { picture::Coding::Srgb };
+                let coding = if self.code.is_some() {
+                    picture::Coding::Linear
+                } else {
+                    picture::Coding::Srgb
+                };
                 picture::pixels(&bytes, rendered, coding).map_err(|error| bad(&path, &error))?
             }
         };
@@ -293,7 +329,12 @@ impl LayerCall<'_> {
                 colour: None,
                 depth_quantum: code.quantum(self.source.precision()),
             },
-            None => Layer { window, colour: Some(colour), depth: None, depth_quantum: (0.0, 0.0) },
+            None => Layer {
+                window,
+                colour: Some(colour),
+                depth: None,
+                depth_quantum: (0.0, 0.0),
+            },
         })
     }
 }
@@ -332,7 +373,9 @@ fn bad(path: &Path, error: &dyn std::error::Error) -> AdapterError {
 /// A kept folder holds text and logs; the renderer's intermediate pictures
 /// would fill a disk.
 fn remove_pictures(folder: &Path) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
     for entry in entries.flatten() {
         let path = entry.path();
         if path.extension().is_some_and(|e| e == "pov-state") {

@@ -71,19 +71,30 @@ const FAR_FOG: f64 = 1e8;
 impl DepthCode {
     /// The pigment's code for surfaces between `near` and `far`.
     pub fn pigment(near: f64, far: f64, precision: Precision) -> Self {
-        let far = if far.is_finite() { far.min(FARTHEST) } else { FARTHEST };
+        let far = if far.is_finite() {
+            far.min(FARTHEST)
+        } else {
+            FARTHEST
+        };
         // Room on both sides, so that rounding stays inside [0, 1).
         let far = far * (1.0 + 1e-6);
         let near = (near * (1.0 - 1e-6)).clamp(0.0, far * 0.5);
         match precision {
-            Precision::Single => Self::Logarithmic { near: near.max(far * 1e-12), far },
+            Precision::Single => Self::Logarithmic {
+                near: near.max(far * 1e-12),
+                far,
+            },
             Precision::Integer16 => Self::Linear { near, far },
         }
     }
 
     /// The veil's code for surfaces up to `far`.
     pub fn veil(far: f64, precision: Precision) -> Self {
-        let far = if far.is_finite() { far.min(FARTHEST) } else { FARTHEST };
+        let far = if far.is_finite() {
+            far.min(FARTHEST)
+        } else {
+            FARTHEST
+        };
         let range = far.max(1e-9);
         match precision {
             Precision::Single => Self::VeilSingle { range },
@@ -108,7 +119,11 @@ impl DepthCode {
             Self::Logarithmic { near, far } => pigment(
                 name,
                 eye,
-                &format!("ln(max(D,{0})/{0})/{1}", number(near), number((far / near).ln())),
+                &format!(
+                    "ln(max(D,{0})/{0})/{1}",
+                    number(near),
+                    number((far / near).ln())
+                ),
             ),
             Self::VeilSingle { range } => veil(&[
                 (range, Rgb([1.0, 0.0, 0.0])),
@@ -123,7 +138,7 @@ impl DepthCode {
     }
 
     /// The distance that a pixel stands for; +∞ where nothing is.
-    pub fn decode(&self, [red, green, blue, _]: [f32; 4]) -> f32 {
+    pub fn decode(&self, [red, green, blue, _]: [f32; 4]) -> f64 {
         let (r, g, b) = (f64::from(red), f64::from(green), f64::from(blue));
         match *self {
             Self::Linear { near, far } => {
@@ -144,29 +159,34 @@ impl DepthCode {
             Self::VeilInteger16 { range } => {
                 let v = (r.clamp(0.0, 1.0) + g.clamp(0.0, 1.0) + b.clamp(0.0, 1.0)) / 3.0;
                 // At `range` v is 0.63; the last step is where nothing is.
-                if v > 0.95 { f64::INFINITY } else { -range * (-v).ln_1p() }
+                if v > 0.95 {
+                    f64::INFINITY
+                } else {
+                    -range * (-v).ln_1p()
+                }
             }
         }
-        .max(0.0) as f32
+        .max(0.0)
     }
 
-    /// How exact a decoded distance is: an absolute and a relative part. The
-    /// distance itself is stored in single precision.
-    pub fn quantum(&self, precision: Precision) -> (f32, f32) {
-        /// Half a unit in the last place of a single.
-        const STORED: f64 = 6e-8;
+    /// How exact a decoded distance is: an absolute and a relative part.
+    pub fn quantum(&self, precision: Precision) -> (f64, f64) {
+        /// Half a unit in the last place of a single, as a share.
+        const SINGLE: f64 = 6e-8;
+        /// What POV-Ray's own intersection leaves of a distance.
+        const HIT: f64 = 1e-11;
         let code = match precision {
-            Precision::Single => STORED,
+            Precision::Single => SINGLE,
             Precision::Integer16 => 0.5 / 65535.0,
         };
         let (absolute, relative) = match *self {
-            Self::Linear { near, far } => (2.0 * code / FINE * (far - near), STORED),
-            Self::Logarithmic { near, far } => (0.0, STORED + 2.0 * code / FINE * (far / near).ln()),
+            Self::Linear { near, far } => (2.0 * code / FINE * (far - near), HIT),
+            Self::Logarithmic { near, far } => (0.0, HIT + 2.0 * code / FINE * (far / near).ln()),
             // Rounding of v, at most 0.95, and of 1 − e^(−d/D) in double.
-            Self::VeilSingle { range } => (1e-15 * range, 4.0 * STORED),
-            Self::VeilInteger16 { range } => (4.0 * code / 3.0 * range, STORED),
+            Self::VeilSingle { range } => (1e-15 * range, 4.0 * SINGLE),
+            Self::VeilInteger16 { range } => (4.0 * code / 3.0 * range, HIT),
         };
-        (absolute as f32, relative as f32)
+        (absolute, relative)
     }
 }
 
@@ -256,9 +276,9 @@ mod tests {
                 (Precision::Integer16, integer),
             ] {
                 for code in [DepthCode::pigment(near, far, precision), DepthCode::veil(far, precision)] {
-                    let back = f64::from(code.decode(write(code, d, round)));
+                    let back = code.decode(write(code, d, round));
                     let (absolute, relative) = code.quantum(precision);
-                    let allowed = 1.01 * f64::from(absolute) + 1.5 * f64::from(relative) * d;
+                    let allowed = 1.01 * absolute + 1.5 * relative * d;
                     prop_assert!((back - d).abs() <= allowed, "{code:?}: {d} came back as {back}");
                 }
             }
@@ -268,9 +288,9 @@ mod tests {
     #[test]
     fn nothing_is_infinitely_far() {
         let code = DepthCode::pigment(1.0, 10.0, Precision::Single);
-        assert_eq!(code.decode([0.0; 4]), f32::INFINITY);
-        assert_eq!(code.decode([f32::NAN; 4]), f32::INFINITY);
+        assert_eq!(code.decode([0.0; 4]), f64::INFINITY);
+        assert_eq!(code.decode([f32::NAN; 4]), f64::INFINITY);
         let veil = DepthCode::veil(10.0, Precision::Single);
-        assert_eq!(veil.decode([1.0, 1.0, 0.0, 1.0]), f32::INFINITY);
+        assert_eq!(veil.decode([1.0, 1.0, 0.0, 1.0]), f64::INFINITY);
     }
 }

@@ -11,14 +11,26 @@ use glam::DVec3;
 
 use crate::{INSTALL, LayerSource, PovRay};
 
-const SIZE: Size = Size { width: 64, height: 48 };
+const SIZE: Size = Size {
+    width: 64,
+    height: 48,
+};
 
 /// Renders a ball in the middle of a tiny picture, and looks at it.
 pub fn check(adapter: &PovRay, run: &RunContext) -> Health {
     let checks = vec![
-        ("colour".to_owned(), colour(adapter, run).map_err(|e| e.to_string())),
-        ("depth".to_owned(), depth(adapter, run).map_err(|e| e.to_string())),
-        ("blocks by the state file".to_owned(), blocks(adapter, run).map_err(|e| e.to_string())),
+        (
+            "colour".to_owned(),
+            colour(adapter, run).map_err(|e| e.to_string()),
+        ),
+        (
+            "depth".to_owned(),
+            depth(adapter, run).map_err(|e| e.to_string()),
+        ),
+        (
+            "blocks by the state file".to_owned(),
+            blocks(adapter, run).map_err(|e| e.to_string()),
+        ),
     ];
     Health {
         program: Some(adapter.program().to_owned()),
@@ -29,7 +41,12 @@ pub fn check(adapter: &PovRay, run: &RunContext) -> Health {
 }
 
 fn colour(adapter: &PovRay, run: &RunContext) -> Result<String, AdapterError> {
-    let layer = ball(adapter, run, Output::ColourOverBackground, Region::Window(SIZE.window()))?;
+    let layer = ball(
+        adapter,
+        run,
+        Output::ColourOverBackground,
+        Region::Window(SIZE.window()),
+    )?;
     let colours = layer.colour.unwrap_or_default();
     let (corner, middle) = (colours[0], colours[24 * 64 + 32]);
     if corner == middle || middle[0] == 0.0 {
@@ -49,19 +66,34 @@ fn depth(adapter: &PovRay, run: &RunContext) -> Result<String, AdapterError> {
     let direction = camera()?.direction(SIZE, 32.5, 24.5);
     let cosine = direction.z / direction.length();
     let expected = 5.0 * cosine - (1.0 - 25.0 * (1.0 - cosine * cosine)).sqrt();
-    let found = f64::from(depths[24 * 64 + 32]);
-    if (found - expected).abs() > 1e-4 || depths[0] != f32::INFINITY {
-        return Err(wrong(&format!("a surface at {expected} was measured at {found}")));
+    let found = depths[24 * 64 + 32];
+    if (found - expected).abs() > 1e-4 || depths[0] != f64::INFINITY {
+        return Err(wrong(&format!(
+            "a surface at {expected} was measured at {found}"
+        )));
     }
-    Ok(format!("right to {:.0e}", (found - expected).abs().max(1e-9)))
+    Ok(format!(
+        "right to {:.0e}",
+        (found - expected).abs().max(1e-9)
+    ))
 }
 
 fn blocks(adapter: &PovRay, run: &RunContext) -> Result<String, AdapterError> {
     if adapter.source() == LayerSource::Pictures {
         return Ok("not relied on with this version: windows are rendered instead".into());
     }
-    let whole = ball(adapter, run, Output::ColourOverBackground, Region::Window(SIZE.window()))?;
-    let part = ball(adapter, run, Output::ColourOverBackground, Region::Blocks(vec![1]))?;
+    let whole = ball(
+        adapter,
+        run,
+        Output::ColourOverBackground,
+        Region::Window(SIZE.window()),
+    )?;
+    let part = ball(
+        adapter,
+        run,
+        Output::ColourOverBackground,
+        Region::Blocks(vec![1]),
+    )?;
     let (whole_colours, colours) = (whole.colour.clone(), part.colour.clone());
     let (Some(whole_colours), Some(colours)) = (whole_colours, colours) else {
         return Err(wrong("no colours were read"));
@@ -69,7 +101,9 @@ fn blocks(adapter: &PovRay, run: &RunContext) -> Result<String, AdapterError> {
     for y in part.window.y..part.window.bottom() {
         for x in part.window.x..part.window.right() {
             if colours[part.index(x, y)] != whole_colours[whole.index(x, y)] {
-                return Err(wrong("a block alone differs from the same block of a whole picture"));
+                return Err(wrong(
+                    "a block alone differs from the same block of a whole picture",
+                ));
             }
         }
     }
@@ -86,7 +120,10 @@ fn wrong(reason: &str) -> AdapterError {
 
 fn camera() -> Result<Camera, AdapterError> {
     Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (60.0, 45.0)).map_err(|e| {
-        AdapterError::Unsupported { adapter: "povray".into(), what: e.to_string() }
+        AdapterError::Unsupported {
+            adapter: "povray".into(),
+            what: e.to_string(),
+        }
     })
 }
 
@@ -103,7 +140,10 @@ fn ball(
         diffuse: 0.0,
         ..Material::default()
     };
-    let sphere = Csg::Sphere { centre: DVec3::ZERO, radius: 1.0 };
+    let sphere = Csg::Sphere {
+        centre: DVec3::ZERO,
+        radius: 1.0,
+    };
     let prototype = prototypes.insert(Prototype {
         path: "ball".into(),
         hash: "ball".into(),
@@ -121,7 +161,10 @@ fn ball(
         sky: None,
         instances: vec![Instance {
             prototype,
-            pose: Pose { position: DVec3::new(0.0, 0.0, 5.0), angles_deg: DVec3::ZERO },
+            pose: Pose {
+                position: DVec3::new(0.0, 0.0, 5.0),
+                angles_deg: DVec3::ZERO,
+            },
         }],
     };
     let request = LayerRequest {
@@ -129,9 +172,16 @@ fn ball(
         size: SIZE,
         output,
         antialias: None,
-        shots: vec![LayerShot { frame: 0, scene: Arc::new(scene), region }],
+        shots: vec![LayerShot {
+            frame: 0,
+            scene: Arc::new(scene),
+            region,
+        }],
         film: None,
         label: "health".into(),
     };
-    adapter.render(&request, run)?.pop().ok_or_else(|| wrong("no layer came back"))
+    adapter
+        .render(&request, run)?
+        .pop()
+        .ok_or_else(|| wrong("no layer came back"))
 }

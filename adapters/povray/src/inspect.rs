@@ -46,7 +46,11 @@ impl Inspection<'_> {
         let bounds = self.bounds(&files, includes, run)?;
         let said = files.iter().zip(bounds).map(|(file, bounds)| {
             let findings = survey::fragment(file, includes, self.library, self.words);
-            Said { bounds, optics: findings.optics, unlayerable: findings.unlayerable }
+            Said {
+                bounds,
+                optics: findings.optics,
+                unlayerable: findings.unlayerable,
+            }
         });
         Ok(said.collect())
     }
@@ -108,9 +112,13 @@ impl Inspection<'_> {
 }
 
 fn parse(line: &str) -> Option<Bounds> {
-    let numbers: Vec<f64> =
-        line.split_whitespace().map(|n| n.parse().ok()).collect::<Option<_>>()?;
-    let [a, b, c, d, e, f] = numbers[..] else { return None };
+    let numbers: Vec<f64> = line
+        .split_whitespace()
+        .map(|n| n.parse().ok())
+        .collect::<Option<_>>()?;
+    let [a, b, c, d, e, f] = numbers[..] else {
+        return None;
+    };
     let (min, max) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
     let largest = min.abs().max_element().max(max.abs().max_element());
     if largest >= ENDLESS || !largest.is_finite() {
@@ -136,7 +144,9 @@ mod tests {
 
     #[test]
     fn extents_are_rounded_outwards() {
-        let Some(Bounds::Sphere(s)) = parse("-1 -1 -1 1 1 1") else { panic!("a box is bounded") };
+        let Some(Bounds::Sphere(s)) = parse("-1 -1 -1 1 1 1") else {
+            panic!("a box is bounded")
+        };
         assert!(s.radius > 3.0_f64.sqrt() && s.radius < 1.733);
         assert_eq!(parse("-10000000000 0 0 1 1 1"), Some(Bounds::Unbounded));
         assert_eq!(parse("1 2 3"), None);

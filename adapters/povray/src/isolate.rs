@@ -48,7 +48,11 @@ pub fn isolate(
         .iter()
         .enumerate()
         .map(|(k, (path, _))| {
-            let name = if k == 0 { format!("{stem}.inc") } else { format!("{stem}_{k}.inc") };
+            let name = if k == 0 {
+                format!("{stem}.inc")
+            } else {
+                format!("{stem}_{k}.inc")
+            };
             (path.as_path(), name)
         })
         .collect();
@@ -67,7 +71,14 @@ pub fn isolate(
                 );
             }
         }
-        out.extend(rewrite(path, text, &renamed, &files, library, &fragment.root));
+        out.extend(rewrite(
+            path,
+            text,
+            &renamed,
+            &files,
+            library,
+            &fragment.root,
+        ));
         written.push((files[path.as_path()].clone(), out));
     }
     written
@@ -127,7 +138,10 @@ fn declared(found: &[Token<'_>]) -> Vec<Declared> {
         let is_macro = pair[0].is("#macro");
         let declares = is_macro || pair[0].is("#declare") || pair[0].is("#local");
         if declares && pair[1].kind == Kind::Word {
-            names.push(Declared { name: pair[1].bytes.to_vec(), is_macro });
+            names.push(Declared {
+                name: pair[1].bytes.to_vec(),
+                is_macro,
+            });
         }
     }
     names
@@ -156,7 +170,11 @@ mod tests {
     use super::*;
 
     fn native(text: &str) -> NativeFile {
-        NativeFile { path: "/film/part.inc".into(), root: "/film".into(), text: text.into() }
+        NativeFile {
+            path: "/film/part.inc".into(),
+            root: "/film".into(),
+            text: text.into(),
+        }
     }
 
     fn isolated(text: &str, film: &[NativeFile]) -> String {
@@ -166,7 +184,8 @@ mod tests {
 
     #[test]
     fn declared_names_are_renamed_wherever_they_stand() {
-        let text = "#declare Size = 2; // Size\n#ifdef (Size) sphere { 0, Size*vlength(Size.x) } #end";
+        let text =
+            "#declare Size = 2; // Size\n#ifdef (Size) sphere { 0, Size*vlength(Size.x) } #end";
         insta::assert_snapshot!(isolated(text, &[]), @r"
         #declare P1_0_Size = 2; // Size
         #ifdef (P1_0_Size) sphere { 0, P1_0_Size*vlength(P1_0_Size.x) } #end
@@ -180,7 +199,10 @@ mod tests {
         #ifdef (Size) #declare P1_0_Size = Size; #end
         #declare P1_0_Size = P1_0_Size*2; sphere { 0, P1_0_Size }
         ");
-        assert_eq!(isolated("sphere { 0, Size }", &film), "sphere { 0, Size }\n");
+        assert_eq!(
+            isolated("sphere { 0, Size }", &film),
+            "sphere { 0, Size }\n"
+        );
     }
 
     #[test]

@@ -141,12 +141,14 @@ fn version_of(program: &Path) -> Result<String, AdapterError> {
         .lines()
         .find_map(|line| line.strip_prefix("POV-Ray "))
         .and_then(|rest| rest.split_whitespace().next());
-    version.map(str::to_owned).ok_or_else(|| AdapterError::Failed {
-        program: program.display().to_string(),
-        status: "no version".into(),
-        doing: "its version".into(),
-        stderr: ended.stderr,
-    })
+    version
+        .map(str::to_owned)
+        .ok_or_else(|| AdapterError::Failed {
+            program: program.display().to_string(),
+            status: "no version".into(),
+            doing: "its version".into(),
+            stderr: ended.stderr,
+        })
 }
 
 fn abilities(version: &str) -> Abilities {
@@ -224,7 +226,10 @@ impl Adapter for PovRay {
         sky: Option<&NativeFile>,
     ) -> Result<Surroundings, AdapterError> {
         let around = survey::around(includes, sky, &self.library)?;
-        Ok(Surroundings { unlayerable: around.unlayerable, sky_on_objects: around.fog })
+        Ok(Surroundings {
+            unlayerable: around.unlayerable,
+            sky_on_objects: around.fog,
+        })
     }
 
     fn baseline(
@@ -232,7 +237,9 @@ impl Adapter for PovRay {
         request: &Baseline<'_>,
         run: &RunContext,
     ) -> Result<Vec<(u32, PathBuf)>, AdapterError> {
-        let Some((first, scene)) = request.frames.first() else { return Ok(Vec::new()) };
+        let Some((first, scene)) = request.frames.first() else {
+            return Ok(Vec::new());
+        };
         let numbering = Numbering::of_film(request.film, *first, request.frames.len());
         let text = self.writer(&scene.includes)?.whole(
             request.prototypes,
@@ -247,7 +254,11 @@ impl Adapter for PovRay {
         let mut args = fixed_switches();
         args.extend(switches(Framing::Full, request.size, request.antialias));
         args.extend(numbering.args());
-        let native = scene.includes.iter().chain(&scene.sky).chain(fragments(request.prototypes));
+        let native = scene
+            .includes
+            .iter()
+            .chain(&scene.sky)
+            .chain(fragments(request.prototypes));
         args.extend(folder.library_switches(native)?);
         args.push(
             match request.format {
@@ -269,7 +280,12 @@ impl Adapter for PovRay {
         run.tally.add_call(request.frames.len());
         call.run_well(run)?;
         let file = |k: usize| folder.file(&format!("frame{}.{ending}", numbering.suffix(k)));
-        Ok(request.frames.iter().enumerate().map(|(k, (n, _))| (*n, file(k))).collect())
+        Ok(request
+            .frames
+            .iter()
+            .enumerate()
+            .map(|(k, (n, _))| (*n, file(k)))
+            .collect())
     }
 
     fn encode(&self, linear: f32, max: u32) -> u32 {

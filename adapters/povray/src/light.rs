@@ -17,7 +17,12 @@ pub fn light(light: &Light) -> String {
     let _ = match &light.kind {
         LightKind::Point => Ok(()),
         LightKind::Sun { towards } => write!(text, " parallel point_at {}", vector(*towards)),
-        LightKind::Spot { towards, radius_deg, falloff_deg, tightness } => write!(
+        LightKind::Spot {
+            towards,
+            radius_deg,
+            falloff_deg,
+            tightness,
+        } => write!(
             text,
             " spotlight radius {} falloff {} tightness {} point_at {}",
             number(*radius_deg),
@@ -26,7 +31,12 @@ pub fn light(light: &Light) -> String {
             vector(*towards)
         ),
         LightKind::Area { u, v, nu, nv } => {
-            write!(text, " area_light {}, {}, {nu}, {nv}", vector(*u), vector(*v))
+            write!(
+                text,
+                " area_light {}, {}, {nu}, {nv}",
+                vector(*u),
+                vector(*v)
+            )
         }
     };
     if let Some(fade) = &light.fade {

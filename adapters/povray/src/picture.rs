@@ -39,12 +39,12 @@ pub enum PictureError {
 ///
 /// # Errors
 /// Where the picture is of another format, damaged or too small.
-pub fn pixels(
-    file: &[u8],
-    window: Window,
-    coding: Coding,
-) -> Result<Vec<[f32; 4]>, PictureError> {
-    if file.starts_with(b"P6") { ppm(file, window, coding) } else { png(file, window, coding) }
+pub fn pixels(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, PictureError> {
+    if file.starts_with(b"P6") {
+        ppm(file, window, coding)
+    } else {
+        png(file, window, coding)
+    }
 }
 
 fn ppm(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, PictureError> {
@@ -53,14 +53,20 @@ fn ppm(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, Pic
     if max != 65535 {
         return Err(PictureError::Format);
     }
-    let short = || PictureError::Short { width, height, window };
+    let short = || PictureError::Short {
+        width,
+        height,
+        window,
+    };
     if window.right() > width || window.bottom() > height {
         return Err(short());
     }
     let mut out = Vec::with_capacity(window.pixels());
     for y in window.y..window.bottom() {
         let from = 6 * (y as usize * width as usize + window.x as usize);
-        let row = data.get(from..from + 6 * window.width as usize).ok_or_else(short)?;
+        let row = data
+            .get(from..from + 6 * window.width as usize)
+            .ok_or_else(short)?;
         out.extend(row.chunks_exact(6).map(|pixel| {
             let channel = |k: usize| decode(be_u16(pixel, k), coding);
             [channel(0), channel(1), channel(2), 1.0]
@@ -82,7 +88,10 @@ fn ppm_header(file: &[u8]) -> Option<([u32; 3], &[u8])> {
             }
         }
         let digits = file[at..].iter().take_while(|b| b.is_ascii_digit()).count();
-        *number = std::str::from_utf8(&file[at..at + digits]).ok()?.parse().ok()?;
+        *number = std::str::from_utf8(&file[at..at + digits])
+            .ok()?
+            .parse()
+            .ok()?;
         at += digits;
     }
     Some((numbers, file.get(at + 1..)?))
@@ -95,7 +104,11 @@ fn png(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, Pic
     if info.bit_depth != png::BitDepth::Sixteen || info.color_type != png::ColorType::Rgba {
         return Err(PictureError::Format);
     }
-    let short = || PictureError::Short { width, height, window };
+    let short = || PictureError::Short {
+        width,
+        height,
+        window,
+    };
     if window.right() > width || window.bottom() > height {
         return Err(short());
     }
@@ -104,7 +117,9 @@ fn png(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, Pic
     let mut out = Vec::with_capacity(window.pixels());
     for y in window.y..window.bottom() {
         let from = 8 * (y as usize * width as usize + window.x as usize);
-        let row = data.get(from..from + 8 * window.width as usize).ok_or_else(short)?;
+        let row = data
+            .get(from..from + 8 * window.width as usize)
+            .ok_or_else(short)?;
         out.extend(row.chunks_exact(8).map(|pixel| {
             let alpha = f32::from(be_u16(pixel, 3)) / 65535.0;
             // PNG's colour is straight.
@@ -135,15 +150,28 @@ mod tests {
     fn a_ppm_with_a_comment_is_read() {
         let mut file = b"P6\n# by POV-Ray\n2 1\n65535\n".to_vec();
         file.extend([0, 0, 0xff, 0xff, 0x80, 0x00, 1, 1, 2, 2, 3, 3]);
-        let window = Window { x: 1, y: 0, width: 1, height: 1 };
+        let window = Window {
+            x: 1,
+            y: 0,
+            width: 1,
+            height: 1,
+        };
         let pixels = pixels(&file, window, Coding::Linear).unwrap();
-        assert_eq!(pixels, [[257.0 / 65535.0, 514.0 / 65535.0, 771.0 / 65535.0, 1.0]]);
+        assert_eq!(
+            pixels,
+            [[257.0 / 65535.0, 514.0 / 65535.0, 771.0 / 65535.0, 1.0]]
+        );
     }
 
     #[test]
     fn a_short_picture_is_noticed() {
         let file = b"P6\n2 2\n65535\n0123456789";
-        let window = Window { x: 0, y: 0, width: 2, height: 2 };
+        let window = Window {
+            x: 0,
+            y: 0,
+            width: 2,
+            height: 2,
+        };
         assert!(matches!(
             pixels(file, window, Coding::Linear),
             Err(PictureError::Short { .. })

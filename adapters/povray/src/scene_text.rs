@@ -39,7 +39,11 @@ impl Numbering {
     /// Frames without a clock of their own, from 1.
     pub fn local(count: usize) -> Self {
         // With a last frame of 1 POV-Ray would render a still, under another name.
-        Self { film: Some((1, (count as u32).max(2))), first: 1, count }
+        Self {
+            film: Some((1, (count as u32).max(2))),
+            first: 1,
+            count,
+        }
     }
 
     /// Frames of a film, by their own numbers.
@@ -64,7 +68,9 @@ impl Numbering {
 
     /// The switches for POV-Ray.
     pub fn args(&self) -> Vec<String> {
-        let Some((a, b)) = self.film else { return Vec::new() };
+        let Some((a, b)) = self.film else {
+            return Vec::new();
+        };
         let last = self.first + (self.count as u32).saturating_sub(1);
         vec![
             format!("+KFI{a}"),
@@ -105,7 +111,10 @@ impl Framing {
     /// upper left and covers the picture needs no crop; blocks are masked in
     /// the whole picture.
     pub fn of(shots: &[LayerShot], size: Size) -> Self {
-        let mut cut = Size { width: 1, height: 1 };
+        let mut cut = Size {
+            width: 1,
+            height: 1,
+        };
         for shot in shots {
             match &shot.region {
                 Region::Blocks(_) => return Self::Full,
@@ -118,7 +127,10 @@ impl Framing {
         if cut == size {
             return Self::Full;
         }
-        Self::Crop { padded: padded(cut.width, cut.height), cut }
+        Self::Crop {
+            padded: padded(cut.width, cut.height),
+            cut,
+        }
     }
 }
 
@@ -143,10 +155,7 @@ struct Pass {
 
 impl Writer<'_> {
     /// The files of a request.
-    pub fn layers(
-        &self,
-        request: &LayerRequest<'_>,
-    ) -> SceneText {
+    pub fn layers(&self, request: &LayerRequest<'_>) -> SceneText {
         let framing = Framing::of(&request.shots, request.size);
         let numbering = Numbering::of(request);
         let code = self.depth_code(request);
@@ -169,7 +178,15 @@ impl Writer<'_> {
         if code.is_some_and(|code| !code.is_pigment()) {
             settings.push_str("global_settings { ambient_light 0 max_trace_level 1 }\n");
         }
-        self.files(request.prototypes, &scenes, looks, sky, &settings, frames, numbering)
+        self.files(
+            request.prototypes,
+            &scenes,
+            looks,
+            sky,
+            &settings,
+            frames,
+            numbering,
+        )
     }
 
     /// The files of whole frames as the stock renderer gets them: the same text
@@ -192,7 +209,15 @@ impl Writer<'_> {
             })
             .collect();
         let scenes: Vec<&Scene> = frames.iter().map(|(_, scene)| &**scene).collect();
-        self.files(prototypes, &scenes, Looks::Written, true, "", texts, numbering)
+        self.files(
+            prototypes,
+            &scenes,
+            Looks::Written,
+            true,
+            "",
+            texts,
+            numbering,
+        )
     }
 
     /// How depth is written in this request; `None` in a colour pass.
@@ -228,7 +253,12 @@ impl Writer<'_> {
         })
     }
 
-    fn frame(&self, request: &LayerRequest<'_>, shot: &LayerShot, code: Option<DepthCode>) -> String {
+    fn frame(
+        &self,
+        request: &LayerRequest<'_>,
+        shot: &LayerShot,
+        code: Option<DepthCode>,
+    ) -> String {
         let scene = &shot.scene;
         match (request.output, code) {
             (Output::Depth, Some(code)) => {
@@ -239,7 +269,10 @@ impl Writer<'_> {
                     // What is not hollow and holds the observer turns fog off.
                     "hollow".to_owned()
                 };
-                let pass = Pass { modifiers, lit: false };
+                let pass = Pass {
+                    modifiers,
+                    lit: false,
+                };
                 text.push_str(&self.contents(request.prototypes, scene, &pass));
                 text
             }
@@ -263,7 +296,11 @@ impl Writer<'_> {
             if prototypes.get(instance.prototype).bounds == decor_api::Bounds::Empty {
                 continue;
             }
-            text.push_str(&placed(&name(instance.prototype), &instance.pose, &pass.modifiers));
+            text.push_str(&placed(
+                &name(instance.prototype),
+                &instance.pose,
+                &pass.modifiers,
+            ));
         }
         text
     }
@@ -296,8 +333,11 @@ impl Writer<'_> {
             main.push_str("#include \"sky.inc\"\n");
             parts.push(("sky.inc".to_owned(), with_newline(&sky.text)));
         }
-        let used: BTreeSet<PrototypeId> =
-            scenes.iter().flat_map(|s| &s.instances).map(|i| i.prototype).collect();
+        let used: BTreeSet<PrototypeId> = scenes
+            .iter()
+            .flat_map(|s| &s.instances)
+            .map(|i| i.prototype)
+            .collect();
         for id in used {
             let prototype = prototypes.get(id);
             if prototype.bounds == decor_api::Bounds::Empty {
@@ -319,13 +359,18 @@ impl Writer<'_> {
         }
         match numbering.film {
             None => main.push_str("#include \"frame_0.inc\"\n"),
-            Some(_) => main
-                .push_str("#include concat(\"frame_\", str(frame_number, 0, 0), \".inc\")\n"),
+            Some(_) => {
+                main.push_str("#include concat(\"frame_\", str(frame_number, 0, 0), \".inc\")\n")
+            }
         }
         let mut files = vec![(MAIN.to_owned(), main.into_bytes())];
         files.extend(parts);
         for (k, text) in frames.into_iter().enumerate() {
-            let number = if numbering.film.is_some() { numbering.frame(k) } else { 0 };
+            let number = if numbering.film.is_some() {
+                numbering.frame(k)
+            } else {
+                0
+            };
             files.push((format!("frame_{number}.inc"), text.into_bytes()));
         }
         SceneText { files }
@@ -338,8 +383,15 @@ fn name(id: PrototypeId) -> String {
 }
 
 fn colour_pass(shadows: bool) -> Pass {
-    let modifiers = if shadows { String::new() } else { "no_shadow".to_owned() };
-    Pass { modifiers, lit: true }
+    let modifiers = if shadows {
+        String::new()
+    } else {
+        "no_shadow".to_owned()
+    };
+    Pass {
+        modifiers,
+        lit: true,
+    }
 }
 
 fn camera(camera: &Camera, size: Size, framing: Framing, region: &Region) -> String {
@@ -405,7 +457,10 @@ pub fn switches(framing: Framing, size: Size, antialias: Option<Antialias>) -> V
     match framing {
         Framing::Full => args.extend([format!("+W{}", size.width), format!("+H{}", size.height)]),
         Framing::Crop { padded, cut } => {
-            args.extend([format!("+W{}", padded.width), format!("+H{}", padded.height)]);
+            args.extend([
+                format!("+W{}", padded.width),
+                format!("+H{}", padded.height),
+            ]);
             // An end that is the picture's own is left out: 1 would be read as
             // a share of the whole.
             if cut != padded {
@@ -427,5 +482,9 @@ pub fn switches(framing: Framing, size: Size, antialias: Option<Antialias>) -> V
 
 /// The part of a crop picture that belongs to a window.
 pub fn in_crop(window: Window) -> Window {
-    Window { x: 0, y: 0, ..window }
+    Window {
+        x: 0,
+        y: 0,
+        ..window
+    }
 }

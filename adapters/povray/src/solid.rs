@@ -44,7 +44,12 @@ fn push(text: &mut String, node: &Csg, looks: Looks, modifiers: &str) {
             vector(*cap),
             number(*radius)
         ),
-        Csg::Cone { base, base_radius, cap, cap_radius } => write!(
+        Csg::Cone {
+            base,
+            base_radius,
+            cap,
+            cap_radius,
+        } => write!(
             text,
             "cone {{ {}, {}, {}, {}",
             vector(*base),
@@ -71,7 +76,12 @@ fn push(text: &mut String, node: &Csg, looks: Looks, modifiers: &str) {
             Ok(())
         }
         Csg::Difference(first, rest) => {
-            push_all(text, "difference", std::iter::once(&**first).chain(rest), looks);
+            push_all(
+                text,
+                "difference",
+                std::iter::once(&**first).chain(rest),
+                looks,
+            );
             Ok(())
         }
         Csg::Translate(by, inner) => {
@@ -106,12 +116,7 @@ fn push_placed(text: &mut String, inner: &Csg, looks: Looks) {
     push(text, inner, looks, "");
 }
 
-fn push_all<'a>(
-    text: &mut String,
-    word: &str,
-    nodes: impl Iterator<Item = &'a Csg>,
-    looks: Looks,
-) {
+fn push_all<'a>(text: &mut String, word: &str, nodes: impl Iterator<Item = &'a Csg>, looks: Looks) {
     text.push_str(word);
     text.push_str(" {");
     for node in nodes {
@@ -135,8 +140,15 @@ fn push_mesh(text: &mut String, mesh: &TriangleMesh) {
 
 /// A texture, and the interior that goes with it.
 fn texture(material: &Material) -> String {
-    let Material { colour: c, ambient, diffuse, highlight, reflection, transmission, ior } =
-        material;
+    let Material {
+        colour: c,
+        ambient,
+        diffuse,
+        highlight,
+        reflection,
+        transmission,
+        ior,
+    } = material;
     let [red, green, blue] = c.0.map(number);
     let mut text = format!(
         "texture {{ pigment {{ rgbf <{red},{green},{blue},{}> }} finish {{ ambient {} diffuse {}",
@@ -147,10 +159,20 @@ fn texture(material: &Material) -> String {
     let _ = match highlight {
         Highlight::None => Ok(()),
         Highlight::Phong { amount, size } => {
-            write!(text, " phong {} phong_size {}", number(*amount), number(*size))
+            write!(
+                text,
+                " phong {} phong_size {}",
+                number(*amount),
+                number(*size)
+            )
         }
         Highlight::Specular { amount, roughness } => {
-            write!(text, " specular {} roughness {}", number(*amount), number(*roughness))
+            write!(
+                text,
+                " specular {} roughness {}",
+                number(*amount),
+                number(*roughness)
+            )
         }
     };
     if *reflection > 0.0 {

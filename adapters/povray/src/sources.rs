@@ -35,7 +35,10 @@ impl Library {
             .ok()
             .and_then(|p| p.parent().and_then(Path::parent).map(Path::to_owned));
         let mut folders = Vec::new();
-        for base in prefix.into_iter().chain(["/usr", "/usr/local"].map(PathBuf::from)) {
+        for base in prefix
+            .into_iter()
+            .chain(["/usr", "/usr/local"].map(PathBuf::from))
+        {
             for version in ["3.8", "3.7"] {
                 let folder = base.join(format!("share/povray-{version}/include"));
                 if folder.is_dir() && !folders.contains(&folder) {
@@ -112,7 +115,9 @@ pub fn tree(file: &NativeFile, library: &Library) -> Tree {
             match included {
                 Included::Own(own) => match std::fs::read(&own) {
                     Ok(text) => open.push((own, text)),
-                    Err(_) => tree.lost.push(format!("`{}`, which cannot be read", own.display())),
+                    Err(_) => tree
+                        .lost
+                        .push(format!("`{}`, which cannot be read", own.display())),
                 },
                 Included::Library(path) if !tree.library.contains(&path) => tree.library.push(path),
                 Included::Library(_) => {}
@@ -126,7 +131,6 @@ pub fn tree(file: &NativeFile, library: &Library) -> Tree {
     }
     tree
 }
-
 
 /// Collects, for each `#declare`, `#local` and `#macro`, the words up to the
 /// next one: more than belongs to it, never less, but for nested declarations,
@@ -170,7 +174,9 @@ pub fn definitions(text: &[u8], into: &mut HashMap<String, HashSet<String>>) {
             }
         } else if token.kind == Kind::Word {
             for name in &current {
-                into.entry(name.clone()).or_default().insert(token.text().into_owned());
+                into.entry(name.clone())
+                    .or_default()
+                    .insert(token.text().into_owned());
             }
         }
         at += 1;
@@ -185,11 +191,7 @@ pub struct LibraryWords {
 
 impl LibraryWords {
     /// The definitions of `path` and of the library files that it includes.
-    pub fn of(
-        &self,
-        path: &Path,
-        library: &Library,
-    ) -> Arc<HashMap<String, HashSet<String>>> {
+    pub fn of(&self, path: &Path, library: &Library) -> Arc<HashMap<String, HashSet<String>>> {
         if let Some(known) = self.lock().get(path) {
             return Arc::clone(known);
         }
@@ -200,7 +202,9 @@ impl LibraryWords {
             if !seen.insert(path.clone()) {
                 continue;
             }
-            let Ok(text) = std::fs::read(&path) else { continue };
+            let Ok(text) = std::fs::read(&path) else {
+                continue;
+            };
             definitions(&text, &mut words);
             let folder = path.parent().unwrap_or(Path::new(""));
             for (_, included) in includes(&tokens(&text), library, folder, folder) {
@@ -218,6 +222,8 @@ impl LibraryWords {
         &self,
     ) -> std::sync::MutexGuard<'_, HashMap<PathBuf, Arc<HashMap<String, HashSet<String>>>>> {
         // The map is whole at every moment: a panic elsewhere did not spoil it.
-        self.known.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+        self.known
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }

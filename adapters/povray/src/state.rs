@@ -204,7 +204,13 @@ pub enum Wanted<'a> {
 pub fn block_window(size: Size, id: u32) -> Window {
     let columns = size.width.div_ceil(BLOCK);
     let (x, y) = (id % columns * BLOCK, id / columns * BLOCK);
-    Window { x, y, width: BLOCK, height: BLOCK }.intersection(size.window())
+    Window {
+        x,
+        y,
+        width: BLOCK,
+        height: BLOCK,
+    }
+    .intersection(size.window())
 }
 
 /// The pixels of `window` as red, green, blue and coverage. Where only blocks
@@ -212,7 +218,11 @@ pub fn block_window(size: Size, id: u32) -> Window {
 ///
 /// # Errors
 /// Where the file is damaged, or a wanted pixel is missing.
-pub fn pixels(file: &[u8], window: Window, wanted: Wanted<'_>) -> Result<Vec<[f32; 4]>, StateError> {
+pub fn pixels(
+    file: &[u8],
+    window: Window,
+    wanted: Wanted<'_>,
+) -> Result<Vec<[f32; 4]>, StateError> {
     let mut picture = vec![[0.0; 4]; window.pixels()];
     let mut covered = 0_usize;
     for block in blocks(file)? {
@@ -228,7 +238,8 @@ pub fn pixels(file: &[u8], window: Window, wanted: Wanted<'_>) -> Result<Vec<[f3
         for y in part.y..part.bottom() {
             let row = (y - block.window.y) as usize * block.window.width as usize;
             let from = row + (part.x - block.window.x) as usize;
-            let into = (y - window.y) as usize * window.width as usize + (part.x - window.x) as usize;
+            let into =
+                (y - window.y) as usize * window.width as usize + (part.x - window.x) as usize;
             let source = block.pixels[4 * CHANNELS * from..].chunks_exact(4 * CHANNELS);
             let target = &mut picture[into..into + part.width as usize];
             for (target, source) in target.iter_mut().zip(source) {
@@ -241,7 +252,10 @@ pub fn pixels(file: &[u8], window: Window, wanted: Wanted<'_>) -> Result<Vec<[f3
         Wanted::Blocks(ids, size) => ids.iter().map(|&id| block_window(size, id).pixels()).sum(),
     };
     if covered < expected {
-        return Err(StateError::Incomplete { missing: expected - covered, wanted: expected });
+        return Err(StateError::Incomplete {
+            missing: expected - covered,
+            wanted: expected,
+        });
     }
     Ok(picture)
 }
@@ -260,21 +274,42 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const SIZE: Size = Size { width: 70, height: 40 };
+    const SIZE: Size = Size {
+        width: 70,
+        height: 40,
+    };
 
     #[test]
     fn a_mask_marks_every_other_block() {
         let file = masked(SIZE, &[1, 5]);
         let ids: Vec<u32> = blocks(&file).unwrap().iter().map(|b| b.id).collect();
         assert_eq!(ids, [0, 2, 3, 4]);
-        assert!(blocks(&file).unwrap().iter().all(|b| b.window.pixels() == 1));
+        assert!(
+            blocks(&file)
+                .unwrap()
+                .iter()
+                .all(|b| b.window.pixels() == 1)
+        );
     }
 
     #[test]
     fn an_unfinished_render_is_noticed() {
         let error = pixels(&empty(), SIZE.window(), Wanted::All).unwrap_err();
-        assert_eq!(error, StateError::Incomplete { missing: 2800, wanted: 2800 });
-        assert!(pixels(&masked(SIZE, &[3]), SIZE.window(), Wanted::Blocks(&[3], SIZE)).is_err());
+        assert_eq!(
+            error,
+            StateError::Incomplete {
+                missing: 2800,
+                wanted: 2800
+            }
+        );
+        assert!(
+            pixels(
+                &masked(SIZE, &[3]),
+                SIZE.window(),
+                Wanted::Blocks(&[3], SIZE)
+            )
+            .is_err()
+        );
     }
 
     #[test]

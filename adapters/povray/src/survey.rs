@@ -15,16 +15,44 @@ use crate::tokens::{Kind, Token, tokens};
 
 /// Words that make a pixel depend on what lies behind or around.
 const OPTICAL: [&str; 14] = [
-    "reflection", "refraction", "transmit", "filter", "rgbt", "rgbf", "rgbft", "interior", "media",
-    "ior", "caustics", "image_map", "translucency", "dispersion",
+    "reflection",
+    "refraction",
+    "transmit",
+    "filter",
+    "rgbt",
+    "rgbf",
+    "rgbft",
+    "interior",
+    "media",
+    "ior",
+    "caustics",
+    "image_map",
+    "translucency",
+    "dispersion",
 ];
 
 /// Words whose value, or whose effect, a layer does not share with the frame.
 const UNLAYERABLE: [&str; 20] = [
-    "clock", "clock_on", "clock_delta", "initial_clock", "final_clock", "frame_number",
-    "initial_frame", "final_frame", "image_width", "image_height", "input_file_name",
-    "light_source", "light_group", "camera", "global_settings", "radiosity", "photons",
-    "subsurface", "crand", "now",
+    "clock",
+    "clock_on",
+    "clock_delta",
+    "initial_clock",
+    "final_clock",
+    "frame_number",
+    "initial_frame",
+    "final_frame",
+    "image_width",
+    "image_height",
+    "input_file_name",
+    "light_source",
+    "light_group",
+    "camera",
+    "global_settings",
+    "radiosity",
+    "photons",
+    "subsurface",
+    "crand",
+    "now",
 ];
 
 /// Directives that reach beyond the fragment.
@@ -47,12 +75,18 @@ pub fn fragment(
     words: &LibraryWords,
 ) -> Findings {
     let tree = tree(file, library);
-    let unlayerable = tree.own.iter().find_map(|(path, text)| unlayerable(path, &tokens(text)));
+    let unlayerable = tree
+        .own
+        .iter()
+        .find_map(|(path, text)| unlayerable(path, &tokens(text)));
     let optics = match optical(&tree, includes, library, words) {
         Some(reason) => Optics::Optical(reason),
         None => Optics::Opaque,
     };
-    Findings { optics, unlayerable }
+    Findings {
+        optics,
+        unlayerable,
+    }
 }
 
 fn unlayerable(path: &Path, found: &[Token<'_>]) -> Option<String> {
@@ -61,7 +95,12 @@ fn unlayerable(path: &Path, found: &[Token<'_>]) -> Option<String> {
         Kind::Directive => REACHING.iter().any(|w| t.is(w)),
         _ => false,
     })?;
-    Some(format!("uses `{}` ({} line {})", token.text(), name_of(path), token.line))
+    Some(format!(
+        "uses `{}` ({} line {})",
+        token.text(),
+        name_of(path),
+        token.line
+    ))
 }
 
 fn optical(
@@ -83,7 +122,12 @@ fn optical(
         if let Some(t) = colour_with_filter(&found) {
             return Some(format!("a colour of more than three numbers in {}", at(t)));
         }
-        open.extend(found.iter().filter(|t| t.kind == Kind::Word).map(|t| t.text().into_owned()));
+        open.extend(
+            found
+                .iter()
+                .filter(|t| t.kind == Kind::Word)
+                .map(|t| t.text().into_owned()),
+        );
     }
     // Follow the names into the film's declarations and POV-Ray's library.
     let mut known: HashMap<String, HashSet<String>> = HashMap::new();
@@ -98,14 +142,20 @@ fn optical(
         }
         sources.extend(included.library);
     }
-    let from_library: Vec<_> = sources.iter().map(|p| library_words.of(p, library)).collect();
+    let from_library: Vec<_> = sources
+        .iter()
+        .map(|p| library_words.of(p, library))
+        .collect();
     let mut seen: HashSet<String> = HashSet::new();
     let mut via: HashMap<String, String> = HashMap::new();
     while let Some(name) = open.pop() {
         if !seen.insert(name.clone()) {
             continue;
         }
-        let everywhere = from_library.iter().map(|m| m.get(&name)).chain([known.get(&name)]);
+        let everywhere = from_library
+            .iter()
+            .map(|m| m.get(&name))
+            .chain([known.get(&name)]);
         for word in everywhere.flatten().flatten() {
             if OPTICAL.contains(&word.as_str()) {
                 let asked = via.get(&name).unwrap_or(&name);
@@ -150,11 +200,40 @@ fn colour_with_filter<'t, 'a>(found: &'t [Token<'a>]) -> Option<&'t Token<'a>> {
 
 /// Words at the top of a file that put something into the scene.
 const OBJECTS: [&str; 34] = [
-    "light_source", "light_group", "camera", "object", "union", "merge", "intersection",
-    "difference", "sphere", "box", "cylinder", "cone", "torus", "plane", "disc", "polygon",
-    "triangle", "smooth_triangle", "mesh", "mesh2", "blob", "bicubic_patch", "height_field",
-    "isosurface", "julia_fractal", "lathe", "ovus", "parametric", "poly", "prism", "quadric",
-    "sor", "sphere_sweep", "superellipsoid",
+    "light_source",
+    "light_group",
+    "camera",
+    "object",
+    "union",
+    "merge",
+    "intersection",
+    "difference",
+    "sphere",
+    "box",
+    "cylinder",
+    "cone",
+    "torus",
+    "plane",
+    "disc",
+    "polygon",
+    "triangle",
+    "smooth_triangle",
+    "mesh",
+    "mesh2",
+    "blob",
+    "bicubic_patch",
+    "height_field",
+    "isosurface",
+    "julia_fractal",
+    "lathe",
+    "ovus",
+    "parametric",
+    "poly",
+    "prism",
+    "quadric",
+    "sor",
+    "sphere_sweep",
+    "superellipsoid",
 ];
 
 /// The same for what surrounds the scene: at home in a sky, not among
@@ -193,7 +272,12 @@ pub fn around(
 }
 
 impl Around {
-    fn read(&mut self, file: &NativeFile, library: &Library, sky: bool) -> Result<(), AdapterError> {
+    fn read(
+        &mut self,
+        file: &NativeFile,
+        library: &Library,
+        sky: bool,
+    ) -> Result<(), AdapterError> {
         for (path, text) in &tree(file, library).own {
             let found = tokens(text);
             if let Some(token) = placed(&found, &OBJECTS) {
@@ -203,7 +287,11 @@ impl Around {
                         "`{}` in line {}: {} may hold no object, light or camera; they belong into the film",
                         token.text(),
                         token.line,
-                        if sky { "a sky" } else { "a file of declarations" },
+                        if sky {
+                            "a sky"
+                        } else {
+                            "a file of declarations"
+                        },
                     ),
                 });
             }
@@ -229,9 +317,15 @@ impl Around {
                 let files = t.kind == Kind::Directive && (t.is("#fopen") || t.is("#write"));
                 word || media || files
             };
-            if self.unlayerable.is_none() && let Some(t) = found.iter().find(forbidden) {
-                self.unlayerable =
-                    Some(format!("`{}` in {} line {}", t.text(), name_of(path), t.line));
+            if self.unlayerable.is_none()
+                && let Some(t) = found.iter().find(forbidden)
+            {
+                self.unlayerable = Some(format!(
+                    "`{}` in {} line {}",
+                    t.text(),
+                    name_of(path),
+                    t.line
+                ));
             }
         }
         Ok(())
@@ -276,7 +370,10 @@ fn placed<'t, 'a>(found: &'t [Token<'a>], words: &[&str]) -> Option<&'t Token<'a
 }
 
 fn name_of(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
 }
 
 #[cfg(test)]
@@ -284,16 +381,29 @@ mod tests {
     use super::*;
 
     fn file(text: &str) -> NativeFile {
-        NativeFile { path: "/film/part.inc".into(), root: "/film".into(), text: text.into() }
+        NativeFile {
+            path: "/film/part.inc".into(),
+            root: "/film".into(),
+            text: text.into(),
+        }
     }
 
     fn optics(text: &str) -> Optics {
-        fragment(&file(text), &[], &Library::default(), &LibraryWords::default()).optics
+        fragment(
+            &file(text),
+            &[],
+            &Library::default(),
+            &LibraryWords::default(),
+        )
+        .optics
     }
 
     #[test]
     fn mirrors_and_glass_are_found_by_their_words() {
-        assert_eq!(optics("sphere { 0, 1 pigment { rgb <1,0,0> } }"), Optics::Opaque);
+        assert_eq!(
+            optics("sphere { 0, 1 pigment { rgb <1,0,0> } }"),
+            Optics::Opaque
+        );
         for text in [
             "sphere { 0, 1 finish { reflection 0.3 } }",
             "sphere { 0, 1 pigment { rgbt 0.5 } }",
@@ -305,7 +415,10 @@ mod tests {
             assert!(optics(text).is_optical(), "{text}");
         }
         // Sixteen numbers are a matrix, and a comment is not a word.
-        assert_eq!(optics("box { 0, 1 matrix <1,0,0,0,1,0,0,0,1,0,0,0> }"), Optics::Opaque);
+        assert_eq!(
+            optics("box { 0, 1 matrix <1,0,0,0,1,0,0,0,1,0,0,0> }"),
+            Optics::Opaque
+        );
         assert_eq!(optics("box { 0, 1 } // no reflection"), Optics::Opaque);
     }
 
@@ -317,7 +430,13 @@ mod tests {
              #declare Bright = texture { pigment { rgb 1 } finish { Shine } }",
         );
         let ask = |text: &str| {
-            fragment(&file(text), std::slice::from_ref(&declarations), &Library::default(), &LibraryWords::default()).optics
+            fragment(
+                &file(text),
+                std::slice::from_ref(&declarations),
+                &Library::default(),
+                &LibraryWords::default(),
+            )
+            .optics
         };
         assert_eq!(ask("box { 0, 1 texture { Dull } }"), Optics::Opaque);
         assert_eq!(
@@ -329,19 +448,38 @@ mod tests {
     #[test]
     fn what_a_layer_does_not_share_is_found() {
         let ask = |text: &str| {
-            fragment(&file(text), &[], &Library::default(), &LibraryWords::default()).unlayerable
+            fragment(
+                &file(text),
+                &[],
+                &Library::default(),
+                &LibraryWords::default(),
+            )
+            .unlayerable
         };
         assert_eq!(ask("box { 0, 1 }"), None);
-        assert_eq!(ask("box { 0,\n clock }").unwrap(), "uses `clock` (part.inc line 2)");
+        assert_eq!(
+            ask("box { 0,\n clock }").unwrap(),
+            "uses `clock` (part.inc line 2)"
+        );
         assert!(ask("#default { finish { ambient 1 } } box { 0, 1 }").is_some());
     }
 
     #[test]
     fn declarations_may_not_place_anything() {
         let ask = |text: &str| around(&[file(text)], None, &Library::default());
-        assert_eq!(ask("#declare A = sphere { 0, 1 }").unwrap(), Around::default());
-        assert_eq!(ask("#macro M() sphere { 0, 1 } #end").unwrap(), Around::default());
-        for text in ["sphere { 0, 1 }", "#if (1) light_source { 0 rgb 1 } #end", "fog { distance 3 }"] {
+        assert_eq!(
+            ask("#declare A = sphere { 0, 1 }").unwrap(),
+            Around::default()
+        );
+        assert_eq!(
+            ask("#macro M() sphere { 0, 1 } #end").unwrap(),
+            Around::default()
+        );
+        for text in [
+            "sphere { 0, 1 }",
+            "#if (1) light_source { 0 rgb 1 } #end",
+            "fog { distance 3 }",
+        ] {
             assert!(ask(text).is_err(), "{text}");
         }
     }
@@ -350,8 +488,18 @@ mod tests {
     fn a_sky_may_surround_but_not_place() {
         let ask = |text: &str| around(&[], Some(&file(text)), &Library::default());
         assert!(ask("fog { distance 3 rgb 1 }").unwrap().fog);
-        assert!(ask("media { scattering { 1, rgb 1 } }").unwrap().unlayerable.is_some());
-        assert!(ask("sky_sphere { pigment { rgb z } }").unwrap().unlayerable.is_none());
+        assert!(
+            ask("media { scattering { 1, rgb 1 } }")
+                .unwrap()
+                .unlayerable
+                .is_some()
+        );
+        assert!(
+            ask("sky_sphere { pigment { rgb z } }")
+                .unwrap()
+                .unlayerable
+                .is_none()
+        );
         assert!(ask("plane { y, 100 }").is_err());
     }
 }

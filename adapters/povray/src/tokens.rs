@@ -52,7 +52,11 @@ impl<'a> Token<'a> {
 
 /// All tokens of `text`. Never fails: what is unfinished ends with the text.
 pub fn tokens(text: &[u8]) -> Vec<Token<'_>> {
-    let mut scan = Scan { text, at: 0, line: 1 };
+    let mut scan = Scan {
+        text,
+        at: 0,
+        line: 1,
+    };
     let mut found = Vec::new();
     while let Some(token) = scan.next() {
         found.push(token);
@@ -159,7 +163,12 @@ impl<'a> Scan<'a> {
             self.step();
             Kind::Other
         };
-        Some(Token { kind, bytes: &self.text[start..self.at], start, line })
+        Some(Token {
+            kind,
+            bytes: &self.text[start..self.at],
+            start,
+            line,
+        })
     }
 
     fn skip_word(&mut self) {
@@ -196,12 +205,36 @@ fn is_word_start(byte: u8) -> bool {
 /// The usual spelling of a directive that was written with blanks behind `#`.
 fn spaced_directive(word: &[u8]) -> &'static [u8] {
     const KNOWN: [&[u8]; 24] = [
-        b"#declare", b"#local", b"#macro", b"#include", b"#default", b"#if", b"#ifdef",
-        b"#ifndef", b"#else", b"#elseif", b"#while", b"#for", b"#switch", b"#case", b"#range",
-        b"#break", b"#end", b"#undef", b"#fopen", b"#write", b"#read", b"#fclose", b"#version",
+        b"#declare",
+        b"#local",
+        b"#macro",
+        b"#include",
+        b"#default",
+        b"#if",
+        b"#ifdef",
+        b"#ifndef",
+        b"#else",
+        b"#elseif",
+        b"#while",
+        b"#for",
+        b"#switch",
+        b"#case",
+        b"#range",
+        b"#break",
+        b"#end",
+        b"#undef",
+        b"#fopen",
+        b"#write",
+        b"#read",
+        b"#fclose",
+        b"#version",
         b"#error",
     ];
-    KNOWN.iter().find(|k| &k[1..] == word).copied().unwrap_or(b"#?")
+    KNOWN
+        .iter()
+        .find(|k| &k[1..] == word)
+        .copied()
+        .unwrap_or(b"#?")
 }
 
 #[cfg(test)]
@@ -210,14 +243,28 @@ mod tests {
     use proptest::prelude::*;
 
     fn words(text: &str) -> Vec<String> {
-        tokens(text.as_bytes()).iter().map(|t| t.text().into_owned()).collect()
+        tokens(text.as_bytes())
+            .iter()
+            .map(|t| t.text().into_owned())
+            .collect()
     }
 
     #[test]
     fn comments_strings_and_numbers() {
         assert_eq!(
             words("a /* b /* c */ d */ \"e // f\" // g\n#declare h=1e-5; 2.5e3.x"),
-            ["a", "\"e // f\"", "#declare", "h", "=", "1e", "-", "5", ";", "2.5e3.x"]
+            [
+                "a",
+                "\"e // f\"",
+                "#declare",
+                "h",
+                "=",
+                "1e",
+                "-",
+                "5",
+                ";",
+                "2.5e3.x"
+            ]
         );
         assert_eq!(words("# declare x"), ["#declare", "x"]);
         assert_eq!(words(r#""a\"b" c"#), [r#""a\"b""#, "c"]);

@@ -68,14 +68,14 @@ impl Frame<'_> {
                 .flatten()
         };
 
-        let rows: Vec<Vec<([f32; 4], f32)>> = (window.y..window.bottom())
+        let rows: Vec<Vec<([f32; 4], f64)>> = (window.y..window.bottom())
             .into_par_iter()
             .map(|y| {
                 may_go_on()?;
                 let pixel = |x| {
                     let sample = centre(x, y).filter(|_| wanted(x, y));
                     let Some(own) = sample else {
-                        return ([0.0; 4], f32::INFINITY);
+                        return ([0.0; 4], f64::INFINITY);
                     };
                     let colour = match antialias {
                         Some(Antialias { threshold, depth })
@@ -85,13 +85,13 @@ impl Frame<'_> {
                         }
                         _ => own.colour,
                     };
-                    (colour.map(finite), own.distance as f32)
+                    (colour.map(finite), own.distance)
                 };
                 Ok((window.x..window.right()).map(pixel).collect())
             })
             .collect::<Result<_, AdapterError>>()?;
 
-        let (colours, depths): (Vec<[f32; 4]>, Vec<f32>) = rows.into_iter().flatten().unzip();
+        let (colours, depths): (Vec<[f32; 4]>, Vec<f64>) = rows.into_iter().flatten().unzip();
         Ok(Layer {
             window,
             colour: (self.output != Output::Depth).then_some(colours),
@@ -175,12 +175,12 @@ impl Frame<'_> {
         sum.map(|channel| channel / f64::from(depth * depth))
     }
 
-    /// Two units in the last place of an f32, and what f64 leaves of the
-    /// largest coordinate that went into it.
-    fn depth_quantum(&self) -> (f32, f32) {
+    /// What f64 leaves of the largest coordinate that went into a distance, and
+    /// of the distance.
+    fn depth_quantum(&self) -> (f64, f64) {
         let reach = self.shader.world.reach();
         let eye = self.camera.eye.abs().max_element();
-        (finite(1e-12 * reach.max(eye)), f32::EPSILON)
+        (f64::from(finite(1e-12 * reach.max(eye))), 1e-12)
     }
 }
 

@@ -192,7 +192,7 @@ fn coordinates_of_a_hundred_million() {
 #[test]
 fn nothing_is_infinitely_far() {
     let layer = Stage::of([]).drawn(size(5, 3), Output::ColourAlone { with_sky: false }, None);
-    assert_eq!(layer.depth, Some(vec![f32::INFINITY; 15]));
+    assert_eq!(layer.depth, Some(vec![f64::INFINITY; 15]));
     assert_eq!(layer.colour, Some(vec![[0.0; 4]; 15]));
     let layer = Stage::of([]).drawn(size(1, 1), Output::ColourOverBackground, None);
     assert_eq!(layer.colour, Some(vec![[0.25, 0.5, 0.75, 1.0]]));

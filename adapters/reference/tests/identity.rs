@@ -66,7 +66,7 @@ fn draw(stage: &Stage, output: Output, antialias: Option<Antialias>, region: Reg
 }
 
 /// The bits: NaN and −0 would not hide.
-fn bits(layer: &Layer, x: u32, y: u32) -> ([u32; 4], u32) {
+fn bits(layer: &Layer, x: u32, y: u32) -> ([u32; 4], u64) {
     let i = layer.index(x, y);
     let colour = layer.colour.as_ref().map_or([0.0; 4], |c| c[i]);
     let depth = layer.depth.as_ref().map_or(0.0, |d| d[i]);
