@@ -104,7 +104,7 @@ impl Open {
     }
 }
 
-fn number(line: &Line, faults: &mut Faults) -> Option<u32> {
+fn number(line: &Line<'_>, faults: &mut Faults) -> Option<u32> {
     let [field] = &line.fields[..] else {
         let problem = Problem::FieldCount {
             statement: "a scene",

@@ -3,7 +3,7 @@
 
 use decor_api::Size;
 
-use super::draft::{At, Draft};
+use super::draft::{At, Draft, restate_images, restate_size};
 use super::force::Force;
 use super::intern::Interner;
 use super::keyword::Keyword;
@@ -100,22 +100,13 @@ impl Builder {
     /// What holds for the whole film, wherever it is stated.
     fn whole_film(&mut self, draft: &Draft) {
         self.size_attempted |= draft.riddled || draft.attempted(Keyword::Size);
-        let size = |s: &Size| format!("{} × {}", s.width, s.height);
-        restate(
-            "the size",
-            &mut self.size,
-            &draft.size,
-            size,
-            &mut self.faults,
-        );
-        let what = "the number of frames";
-        restate(
-            what,
-            &mut self.images,
-            &draft.images,
-            u32::to_string,
-            &mut self.faults,
-        );
+        let faults = &mut self.faults;
+        if let Some(size) = draft.size {
+            restate_size(&mut self.size, size, faults);
+        }
+        if let Some(images) = draft.images {
+            restate_images(&mut self.images, images, faults);
+        }
     }
 
     /// What the first scene must state.
@@ -296,25 +287,5 @@ impl Builder {
             }
             _ => Err(self.faults),
         }
-    }
-}
-
-/// Keeps the first statement of what holds for the whole film; another one must
-/// say the same.
-fn restate<T: Clone + PartialEq>(
-    what: &'static str,
-    kept: &mut Option<At<T>>,
-    stated: &Option<At<T>>,
-    show: impl Fn(&T) -> String,
-    faults: &mut Faults,
-) {
-    match (&*kept, stated) {
-        (Some(before), Some(again)) if before.value != again.value => {
-            let (before, line) = (show(&before.value), before.mark.line);
-            let problem = Problem::Restated { what, before, line };
-            faults.push(again.mark, problem);
-        }
-        (None, Some(first)) => *kept = Some(first.clone()),
-        _ => {}
     }
 }

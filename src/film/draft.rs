@@ -82,11 +82,12 @@ impl Draft {
     }
 
     /// Notes that a scene states `keyword` at `mark`, rightly or not. Twice is
-    /// an error but for what comes in lists.
+    /// an error but for what comes in lists, or may be repeated if it is the same.
     pub(super) fn attempt(&mut self, keyword: Keyword, mark: Mark, faults: &mut Faults) {
-        let list = matches!(keyword, Keyword::Light | Keyword::Include);
+        use Keyword::{Images, Include, Light, Size};
+        let repeatable = matches!(keyword, Light | Include | Size | Images);
         match self.attempts.iter().find(|(k, _)| *k == keyword) {
-            Some(_) if list => {}
+            Some(_) if repeatable => {}
             Some((_, line)) => {
                 let (what, line) = (keyword.name(), *line);
                 faults.push(mark, Problem::StatedTwice { what, line });
@@ -103,5 +104,38 @@ impl Draft {
     /// Was it stated, rightly or not?
     pub(super) fn attempted(&self, keyword: Keyword) -> bool {
         self.attempts.iter().any(|(k, _)| *k == keyword)
+    }
+}
+
+/// The size holds for the whole film.
+pub(super) fn restate_size(kept: &mut Option<At<Size>>, stated: At<Size>, faults: &mut Faults) {
+    let show = |size: &Size| format!("{} × {}", size.width, size.height);
+    restate(Keyword::Size, kept, stated, show, faults);
+}
+
+/// The number of frames holds for the whole film.
+pub(super) fn restate_images(kept: &mut Option<At<u32>>, stated: At<u32>, faults: &mut Faults) {
+    restate(Keyword::Images, kept, stated, u32::to_string, faults);
+}
+
+/// Keeps the first statement; another one must say the same.
+fn restate<T: PartialEq>(
+    keyword: Keyword,
+    kept: &mut Option<At<T>>,
+    stated: At<T>,
+    show: impl Fn(&T) -> String,
+    faults: &mut Faults,
+) {
+    match kept {
+        None => *kept = Some(stated),
+        Some(kept) if kept.value == stated.value => {}
+        Some(kept) => {
+            let problem = Problem::Restated {
+                what: keyword.name(),
+                before: show(&kept.value),
+                line: kept.mark.line,
+            };
+            faults.push(stated.mark, problem);
+        }
     }
 }

@@ -13,7 +13,7 @@ pub(super) struct Fields<'a> {
     pub(super) statement: &'static str,
     /// The whole statement.
     pub(super) mark: Mark,
-    pub(super) list: &'a [Field],
+    pub(super) list: &'a [Field<'a>],
     pub(super) faults: &'a mut Faults,
 }
 
@@ -77,7 +77,7 @@ impl Fields<'_> {
     /// The yes or no of field `i`.
     pub(super) fn boolean(&mut self, i: usize) -> Option<bool> {
         let field = &self.list[i];
-        let value = match field.text.as_str() {
+        let value = match &*field.text {
             "0" => Ok(false),
             "1" => Ok(true),
             text => Err(Problem::NotABoolean {

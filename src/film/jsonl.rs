@@ -137,7 +137,10 @@ fn problem(error: &serde_json::Error) -> Problem {
         return Problem::NotJson { reason };
     }
     let (reason, expected) = match text.split_once(", expected ") {
-        Some((reason, expected)) => (reason, expected),
+        Some((reason, "u32")) => (reason, "a whole number from 0 to 4294967295"),
+        Some((reason, "u64")) => (reason, "a whole number, 0 or more"),
+        Some((reason, "f64")) => (reason, "a number"),
+        Some(both) => both,
         None => (text, "a scene"),
     };
     // Of the words between backquotes, the first is wrong, the rest are right.

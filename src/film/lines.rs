@@ -1,18 +1,20 @@
 //! Lines of an `.anim` file, cut into fields.
 
+use std::borrow::Cow;
+
 use super::mark::{Faults, Mark};
 use super::problem::Problem;
 
 /// One field of a line, without its quotation marks.
 #[derive(Clone, Debug)]
-pub(super) struct Field {
-    pub(super) text: String,
+pub(super) struct Field<'a> {
+    pub(super) text: Cow<'a, str>,
     pub(super) mark: Mark,
     /// The bytes that are not in quotation marks, from the start.
     bare: usize,
 }
 
-impl Field {
+impl Field<'_> {
     /// The text after `prefix`, which must stand outside of quotation marks.
     pub(super) fn after(&self, prefix: &str) -> Option<&str> {
         if self.bare < prefix.len() {
@@ -24,10 +26,10 @@ impl Field {
 
 /// A line that states something.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(super) struct Line<'a> {
     /// `@`, `*` or `!`; the first field comes without it.
     pub(super) sign: char,
-    pub(super) fields: Vec<Field>,
+    pub(super) fields: Vec<Field<'a>>,
     /// From the sign to the last field.
     pub(super) mark: Mark,
 }
@@ -81,7 +83,11 @@ pub(super) fn text<'a>(bytes: &'a [u8], place: Place, faults: &mut Faults) -> Op
 ///
 /// # Errors
 /// What is wrong with the line as a whole is noted.
-pub(super) fn cut(text: &str, place: Place, faults: &mut Faults) -> Result<Option<Line>, ()> {
+pub(super) fn cut<'a>(
+    text: &'a str,
+    place: Place,
+    faults: &mut Faults,
+) -> Result<Option<Line<'a>>, ()> {
     let is_blank = |c: char| c.is_ascii_whitespace();
     let start = text.len() - text.trim_start_matches(is_blank).len();
     let Some(sign) = text[start..].chars().next().filter(|c| *c != '#') else {
@@ -115,19 +121,19 @@ pub(super) fn cut(text: &str, place: Place, faults: &mut Faults) -> Result<Optio
 }
 
 /// The field that starts at byte `start`, and the byte after it.
-fn field(
-    text: &str,
+fn field<'a>(
+    text: &'a str,
     start: usize,
     place: Place,
     faults: &mut Faults,
-) -> Result<(Field, usize), ()> {
+) -> Result<(Field<'a>, usize), ()> {
     let rest = &text[start..];
     let word = rest.split(|c: char| c.is_ascii_whitespace()).next();
     let word = word.unwrap_or_default();
     let Some(quote) = word.find('"') else {
         let next = start + word.len();
         let field = Field {
-            text: word.to_owned(),
+            text: word.into(),
             mark: place.mark(start, next),
             bare: word.len(),
         };
@@ -149,8 +155,12 @@ fn field(
         faults.push(place.mark(next - 1, next), Problem::StrayQuote);
         return Err(());
     }
+    let quoted = &rest[inside..inside + length];
     let field = Field {
-        text: format!("{}{}", &word[..quote], &rest[inside..inside + length]),
+        text: match &word[..quote] {
+            "" => quoted.into(),
+            key => format!("{key}{quoted}").into(),
+        },
         mark: place.mark(start, next),
         bare: quote,
     };
@@ -185,7 +195,12 @@ mod tests {
             start: 0,
         };
         let line = cut(text, place, &mut Faults::default())?;
-        Ok(line.map(|line| line.fields.into_iter().map(|f| f.text).collect()))
+        Ok(line.map(|line| {
+            line.fields
+                .into_iter()
+                .map(|f| f.text.into_owned())
+                .collect()
+        }))
     }
 
     #[test]

@@ -12,7 +12,8 @@
 //! Where the format leaves a choice:
 //! - a film must state `*eye`, `*aim` and `*angles` in its first scene, and
 //!   `*size` somewhere;
-//! - nothing is stated twice in one scene, but for lights, includes and objects;
+//! - nothing is stated twice in one scene, but for lights, includes and objects,
+//!   and for a size or a number of frames that stays the same;
 //! - includes hold for the whole film, in every pass, in the order of first
 //!   mention: an object is the same in all its frames;
 //! - colours are not negative; a spot's half angles reach 90°;

@@ -199,6 +199,7 @@ impl Problem {
                 "expected ponctuelle or point, soleil or sun, spot, zone or area"
             }
             P::NameNotLast => "expected at the end of the line",
+            P::NotJson { reason } if reason == "number out of range" => "expected a finite number",
             P::NotJson { .. } => "expected one JSON object on this line",
             P::NotAScene { expected, .. } => return format!("expected {expected}"),
             P::LightWithout { field, .. } => return format!("expected `{field}`"),

@@ -3,7 +3,7 @@
 use decor_api::{Antialias, Fade, Light, LightKind, Pose, Rgb};
 use glam::DVec3;
 
-use super::draft::{At, Draft, DraftObject};
+use super::draft::{At, Draft, DraftObject, restate_images, restate_size};
 use super::fields::Fields;
 use super::keyword::{Keyword, near_keyword, nearest};
 use super::lines::{Field, Line, shortened};
@@ -13,7 +13,7 @@ use super::problem::Problem;
 use super::ranges;
 
 /// Puts a `*` line into the draft.
-pub(super) fn environment(line: &Line, draft: &mut Draft, faults: &mut Faults) {
+pub(super) fn environment(line: &Line<'_>, draft: &mut Draft, faults: &mut Faults) {
     let word = line.fields.first().map_or("", |field| &field.text);
     let Some(keyword) = Keyword::of(word) else {
         // What it would have stated is not missing, it is misspelt.
@@ -38,12 +38,18 @@ pub(super) fn environment(line: &Line, draft: &mut Draft, faults: &mut Faults) {
         Keyword::Up => draft.up = up(f).map(|value| At { value, mark }).or(draft.up),
         Keyword::Angles => draft.angles_deg = angles(f).or(draft.angles_deg),
         Keyword::Shadows => draft.shadows = shadows(f).or(draft.shadows),
-        Keyword::Size => draft.size = size(f).map(|value| At { value, mark }).or(draft.size),
+        Keyword::Size => {
+            if let Some(value) = size(f) {
+                restate_size(&mut draft.size, At { value, mark }, f.faults);
+            }
+        }
         Keyword::Light => draft.lights.extend(light(f)),
         Keyword::Background => draft.background = background(f).or(draft.background),
         Keyword::Antialias => draft.antialias = antialias(f).or(draft.antialias),
         Keyword::Images => {
-            draft.images = images(f).map(|value| At { value, mark }).or(draft.images);
+            if let Some(value) = images(f) {
+                restate_images(&mut draft.images, At { value, mark }, f.faults);
+            }
         }
         Keyword::Include => draft.includes.extend(path(f)),
         Keyword::Sky => draft.sky = path(f).or(draft.sky.take()),
@@ -51,7 +57,7 @@ pub(super) fn environment(line: &Line, draft: &mut Draft, faults: &mut Faults) {
 }
 
 /// Puts a `!` line into the draft.
-pub(super) fn object(line: &Line, draft: &mut Draft, faults: &mut Faults) {
+pub(super) fn object(line: &Line<'_>, draft: &mut Draft, faults: &mut Faults) {
     let value = match placed_object(line, faults) {
         Some(value) => value,
         None => {
@@ -135,7 +141,7 @@ fn path(f: &mut Fields<'_>) -> Option<At<String>> {
     f.expect(&[1], "1 path, in quotation marks if it holds blanks")?;
     let Field { text, mark, .. } = &f.list[0];
     Some(At {
-        value: text.clone(),
+        value: text.to_string(),
         mark: *mark,
     })
 }
@@ -182,7 +188,7 @@ fn fade(f: &mut Fields<'_>, i: usize) -> Option<Fade> {
 
 fn light_kind(f: &mut Fields<'_>, i: usize) -> Option<LightKind> {
     let kind = &f.list[i - 1];
-    match kind.text.as_str() {
+    match &*kind.text {
         "ponctuelle" | "point" => {
             f.expect(&[i], "nothing after `point` but `fade`")?;
             Some(LightKind::Point)
@@ -240,7 +246,7 @@ fn light_kind(f: &mut Fields<'_>, i: usize) -> Option<LightKind> {
     }
 }
 
-fn placed_object(line: &Line, faults: &mut Faults) -> Option<DraftObject> {
+fn placed_object(line: &Line<'_>, faults: &mut Faults) -> Option<DraftObject> {
     let (name, numbers) = match line.fields.split_last() {
         Some((last, before)) if last.after("name=").is_some() => (Some(last), before),
         _ => (None, &line.fields[..]),
@@ -263,7 +269,7 @@ fn placed_object(line: &Line, faults: &mut Faults) -> Option<DraftObject> {
         "a path and 6 numbers, or 12 with the velocities, and perhaps `name=…`",
     )?;
     let path = At {
-        value: f.list[0].text.clone(),
+        value: f.list[0].text.to_string(),
         mark: f.list[0].mark,
     };
     let (position, angles_deg) = (f.vector(1), f.vector(4));
