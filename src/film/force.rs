@@ -25,9 +25,12 @@ pub(super) struct Force {
     antialias: Option<Antialias>,
     pub(super) lights: Arc<[Light]>,
     sky: Option<u32>,
-    pub(super) objects: Option<(Since<Arc<[Placed]>>, Vec<Mark>)>,
+    pub(super) objects: Option<(ObjectList, Vec<Mark>)>,
     trial: Trial,
 }
+
+/// The last list of objects.
+type ObjectList = Since<Arc<[Placed]>>;
 
 /// Does what is in force make a camera?
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
