@@ -1,5 +1,6 @@
 //! decor renders animations faster, with the renderer people already have.
 
+pub mod compare;
 pub mod film;
 pub mod frames;
 pub mod layer;

@@ -1,0 +1,288 @@
+//! A comparison as JSON: one object a line, the last the summary.
+//!
+//! PSNR is null where it is infinite. Any other number that JSON does not have
+//! is the string `"nan"`, `"inf"` or `"-inf"`. What could not be measured is
+//! null.
+
+use std::path::Path;
+
+use serde::{Serialize, Serializer};
+
+use super::metrics::{DepthMetrics, Metrics, Place};
+use super::pair::PairReport;
+use super::verdict::{Tolerances, Verdict};
+use super::{Comparison, Entry};
+
+/// A number that JSON may not have.
+#[derive(Clone, Copy, Debug)]
+struct Number(f64);
+
+impl Serialize for Number {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            value if value.is_finite() => serializer.serialize_f64(value),
+            value if value.is_nan() => serializer.serialize_str("nan"),
+            value if value > 0.0 => serializer.serialize_str("inf"),
+            _ => serializer.serialize_str("-inf"),
+        }
+    }
+}
+
+impl From<f32> for Number {
+    /// By its shortest decimal digits, so that 0.1 is not 0.10000000149011612.
+    fn from(value: f32) -> Self {
+        Self(value.to_string().parse().unwrap_or(f64::from(value)))
+    }
+}
+
+/// A line of the report.
+#[derive(Debug, Serialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+enum Line<'a> {
+    Pair(Pair<'a>),
+    Missing {
+        name: &'a str,
+        missing_from: super::folders::Side,
+        verdict: Verdict,
+    },
+    Summary(Summary<'a>),
+}
+
+#[derive(Debug, Serialize)]
+struct Pair<'a> {
+    name: &'a str,
+    a: String,
+    b: String,
+    verdict: Verdict,
+    reasons: &'a [String],
+    notes: &'a [String],
+    size_a: Option<[u32; 2]>,
+    size_b: Option<[u32; 2]>,
+    identical: bool,
+    max: Option<Number>,
+    rms: Option<f64>,
+    psnr: Option<f64>,
+    differing: Option<u64>,
+    share_above: Option<f64>,
+    unequal: Option<u64>,
+    not_finite: Option<u64>,
+    tolerance: Number,
+    largest: Option<Largest>,
+    depth: Option<Depth>,
+    diff: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Largest {
+    x: u32,
+    y: u32,
+    channel: &'static str,
+    a: Number,
+    b: Number,
+}
+
+#[derive(Debug, Serialize)]
+struct Depth {
+    max_absolute: Number,
+    max_relative: Number,
+    surface_in_one: u64,
+    not_a_number: u64,
+    unequal: u64,
+    differing: u64,
+    tolerance: Number,
+    largest: Option<LargestDepth>,
+}
+
+#[derive(Debug, Serialize)]
+struct LargestDepth {
+    x: u32,
+    y: u32,
+    a: Number,
+    b: Number,
+}
+
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    verdict: Verdict,
+    status: u8,
+    reason: Option<&'a str>,
+    a: String,
+    b: String,
+    frames: u64,
+    compared: u64,
+    identical: u64,
+    within: u64,
+    warning: u64,
+    failed: u64,
+    not_comparable: u64,
+    unreadable: u64,
+    missing: usize,
+    missing_from_a: &'a [String],
+    missing_from_b: &'a [String],
+    pixels: u64,
+    max: Option<Number>,
+    rms: Option<f64>,
+    psnr: Option<f64>,
+    differing: u64,
+    share_above: f64,
+    unequal: u64,
+    not_finite: u64,
+    tolerance: Number,
+    depth: Option<Depth>,
+    worst: Option<Worst<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Worst<'a> {
+    name: &'a str,
+    verdict: Verdict,
+    max: Option<Number>,
+    rms: Option<f64>,
+    psnr: Option<f64>,
+    differing: Option<u64>,
+    largest: Option<Largest>,
+}
+
+/// The line of an entry, without its end.
+///
+/// # Errors
+/// None that input can cause; the serializer's.
+pub fn entry_line(entry: &Entry, tolerances: &Tolerances) -> serde_json::Result<String> {
+    serde_json::to_string(&match entry {
+        Entry::Pair(pair) => Line::Pair(pair_line(pair, tolerances)),
+        Entry::Missing { name, from } => Line::Missing {
+            name,
+            missing_from: *from,
+            verdict: entry.verdict(),
+        },
+    })
+}
+
+/// The last line, without its end.
+///
+/// # Errors
+/// None that input can cause; the serializer's.
+pub fn summary_line(
+    a: &Path,
+    b: &Path,
+    comparison: &Comparison,
+    tolerances: &Tolerances,
+) -> serde_json::Result<String> {
+    let totals = &comparison.totals;
+    let [within, warning, failed, not_comparable, unreadable] = totals.pairs;
+    let compared = totals.compared > 0;
+    let worst = totals.worst.and_then(|k| match comparison.entries.get(k)? {
+        Entry::Pair(pair) => Some(pair),
+        Entry::Missing { .. } => None,
+    });
+    serde_json::to_string(&Line::Summary(Summary {
+        verdict: comparison.verdict,
+        status: comparison.verdict.status(),
+        reason: comparison.reason.as_deref(),
+        a: words(a),
+        b: words(b),
+        frames: totals.frames(),
+        compared: totals.compared,
+        identical: totals.identical,
+        within,
+        warning,
+        failed,
+        not_comparable,
+        unreadable,
+        missing: totals.missing(),
+        missing_from_a: &totals.missing_from_a,
+        missing_from_b: &totals.missing_from_b,
+        pixels: totals.pixels,
+        max: compared.then_some(Number(totals.max)),
+        rms: compared.then_some(totals.rms()),
+        psnr: finite(totals.psnr()),
+        differing: totals.differing,
+        share_above: totals.share_above(),
+        unequal: totals.unequal,
+        not_finite: totals.not_finite,
+        tolerance: Number(tolerances.fail.level),
+        depth: totals.depth.as_ref().map(|d| depth(d, tolerances, false)),
+        worst: worst.map(|pair| Worst {
+            name: &pair.name,
+            verdict: pair.verdict,
+            max: pair.metrics.as_ref().map(|m| Number(m.max)),
+            rms: pair.metrics.as_ref().map(Metrics::rms),
+            psnr: pair.metrics.as_ref().and_then(|m| finite(m.psnr())),
+            differing: pair.metrics.as_ref().map(|m| m.differing),
+            largest: pair.metrics.as_ref().and_then(largest),
+        }),
+    }))
+}
+
+fn pair_line<'a>(pair: &'a PairReport, tolerances: &Tolerances) -> Pair<'a> {
+    let metrics = pair.metrics.as_ref();
+    let size = |size: decor_api::Size| [size.width, size.height];
+    Pair {
+        name: &pair.name,
+        a: words(&pair.a),
+        b: words(&pair.b),
+        verdict: pair.verdict,
+        reasons: &pair.reasons,
+        notes: &pair.notes,
+        size_a: pair.sizes.0.map(size),
+        size_b: pair.sizes.1.map(size),
+        identical: pair.identical(),
+        max: metrics.map(|m| Number(m.max)),
+        rms: metrics.map(Metrics::rms),
+        psnr: metrics.and_then(|m| finite(m.psnr())),
+        differing: metrics.map(|m| m.differing),
+        share_above: metrics.map(Metrics::share_above),
+        unequal: metrics.map(|m| m.unequal),
+        not_finite: metrics.map(|m| m.not_finite),
+        tolerance: Number(tolerances.fail.level),
+        largest: metrics.and_then(largest),
+        depth: metrics
+            .and_then(|m| m.depth.as_ref())
+            .map(|d| depth(d, tolerances, true)),
+        diff: pair.diff.as_deref().map(words),
+    }
+}
+
+fn largest(metrics: &Metrics) -> Option<Largest> {
+    let Place {
+        x,
+        y,
+        channel,
+        a,
+        b,
+    } = metrics.largest?;
+    Some(Largest {
+        x,
+        y,
+        channel: channel.name(),
+        a: a.into(),
+        b: b.into(),
+    })
+}
+
+/// `place`: say where. In the film's totals a place would lack its frame.
+fn depth(depth: &DepthMetrics, tolerances: &Tolerances, place: bool) -> Depth {
+    Depth {
+        max_absolute: Number(depth.max_absolute),
+        max_relative: Number(depth.max_relative),
+        surface_in_one: depth.surface_in_one,
+        not_a_number: depth.not_a_number,
+        unequal: depth.unequal,
+        differing: depth.differing,
+        tolerance: Number(tolerances.fail_depth),
+        largest: depth.largest.filter(|_| place).map(|at| LargestDepth {
+            x: at.x,
+            y: at.y,
+            a: at.a.into(),
+            b: at.b.into(),
+        }),
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+fn words(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}

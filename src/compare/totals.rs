@@ -1,0 +1,147 @@
+//! The film's totals: what the pairs come to together.
+
+use super::Entry;
+use super::folders::Side;
+use super::metrics::{DepthMetrics, Metrics, psnr, share};
+use super::pair::PairReport;
+use super::verdict::Verdict;
+
+/// What the pairs come to together. Means are over all pixels of all compared
+/// pairs, not means of the pairs' means.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Pairs by verdict, in the order of [`Verdict::ALL`].
+    pub pairs: [u64; 5],
+    /// Pairs with numbers.
+    pub compared: u64,
+    /// Pairs without any difference.
+    pub identical: u64,
+    /// Pictures that A lacks.
+    pub missing_from_a: Vec<String>,
+    /// Pictures that B lacks.
+    pub missing_from_b: Vec<String>,
+    /// Pixels of the compared pairs.
+    pub pixels: u64,
+    /// The largest difference; +∞ where one is not finite.
+    pub max: f64,
+    /// The sum of the pixels' mean squares.
+    squares: f64,
+    /// Pixels with any difference.
+    pub unequal: u64,
+    /// Pixels above the tolerance.
+    pub differing: u64,
+    /// Pixels with a difference that is not finite.
+    pub not_finite: u64,
+    /// The depth, where a pair has it. Its place is that of the worst pair.
+    pub depth: Option<DepthMetrics>,
+    /// The number, among the entries, of the pair with the worst verdict, of
+    /// these the one with the largest difference, then the greatest RMS, then
+    /// the first; none where no pair differs.
+    pub worst: Option<usize>,
+}
+
+impl Totals {
+    /// Adds up.
+    pub fn of(entries: &[Entry]) -> Self {
+        let mut totals = Self::default();
+        let mut worst: Option<(usize, &PairReport)> = None;
+        for (k, entry) in entries.iter().enumerate() {
+            match entry {
+                Entry::Missing { name, from } => match from {
+                    Side::A => totals.missing_from_a.push(name.clone()),
+                    Side::B => totals.missing_from_b.push(name.clone()),
+                },
+                Entry::Pair(pair) => {
+                    totals.add(pair);
+                    let differs = !pair.identical();
+                    if differs && worst.is_none_or(|(_, so_far)| is_worse(pair, so_far)) {
+                        worst = Some((k, pair));
+                    }
+                }
+            }
+        }
+        totals.worst = worst.map(|(k, _)| k);
+        totals
+    }
+
+    fn add(&mut self, pair: &PairReport) {
+        self.pairs[usize::from(pair.verdict.status())] += 1;
+        let Some(metrics) = &pair.metrics else {
+            return;
+        };
+        self.compared += 1;
+        self.identical += u64::from(metrics.identical());
+        self.pixels += metrics.pixels;
+        self.max = self.max.max(metrics.max);
+        self.squares += metrics.mean_square * metrics.pixels as f64;
+        self.unequal += metrics.unequal;
+        self.differing += metrics.differing;
+        self.not_finite += metrics.not_finite;
+        if let Some(depth) = &metrics.depth {
+            self.depth.get_or_insert_default().append(depth);
+        }
+    }
+
+    /// Pairs in all.
+    pub fn frames(&self) -> u64 {
+        self.pairs.iter().sum()
+    }
+
+    /// Pictures without a partner.
+    pub fn missing(&self) -> usize {
+        self.missing_from_a.len() + self.missing_from_b.len()
+    }
+
+    /// The worst verdict; a missing picture is a failure.
+    pub fn verdict(&self) -> Verdict {
+        let of_pairs = Verdict::ALL
+            .into_iter()
+            .zip(self.pairs)
+            .filter(|(_, count)| *count > 0)
+            .map(|(verdict, _)| verdict)
+            .max()
+            .unwrap_or(Verdict::Within);
+        if self.missing() > 0 {
+            of_pairs.max(Verdict::Failed)
+        } else {
+            of_pairs
+        }
+    }
+
+    fn mean_square(&self) -> f64 {
+        if self.pixels == 0 {
+            0.0
+        } else {
+            self.squares / self.pixels as f64
+        }
+    }
+
+    /// The root of the mean square over the whole film.
+    pub fn rms(&self) -> f64 {
+        self.mean_square().sqrt()
+    }
+
+    /// As of [`Metrics::psnr`], over the whole film.
+    pub fn psnr(&self) -> f64 {
+        psnr(self.mean_square())
+    }
+
+    /// The share of the film's pixels above the tolerance, 0..1.
+    pub fn share_above(&self) -> f64 {
+        share(self.differing, self.pixels)
+    }
+}
+
+/// Is `one` worse than `other`, strictly?
+pub(super) fn is_worse(one: &PairReport, other: &PairReport) -> bool {
+    let key = |pair: &PairReport| {
+        let number = |of: fn(&Metrics) -> f64| pair.metrics.as_ref().map_or(0.0, of);
+        let depth = |m: &Metrics| m.depth.as_ref().map_or(0.0, |depth| depth.differing as f64);
+        (
+            pair.verdict,
+            [number(|m| m.max), number(Metrics::rms), number(depth)],
+        )
+    };
+    // No NaN among them: `Metrics` has none.
+    key(one).partial_cmp(&key(other)) == Some(std::cmp::Ordering::Greater)
+}
