@@ -44,6 +44,9 @@ pub struct PlanWishes {
     /// Frames per décor: a number, or auto.
     #[arg(long, value_name = "N|auto", value_parser = period)]
     pub period: Option<Period>,
+    /// Use décors also where frame by frame would be cheaper.
+    #[arg(long)]
+    pub no_fallback: bool,
 }
 
 /// Frames per décor.
@@ -66,6 +69,7 @@ impl PlanWishes {
             },
             frames,
             with_depth,
+            fallback: !self.no_fallback,
         }
     }
 }

@@ -77,8 +77,9 @@ impl Costs {
                 }
                 FramePlan::Layered { fast, blocks } => {
                     if !fast.is_empty() {
-                        work += (self.pixel_cpu_s + self.depth_pixel_cpu_s) * fast.pixels() as f64;
-                        pictures += 2.0;
+                        let pixels: usize = fast.iter().map(|window| window.pixels()).sum();
+                        work += (self.pixel_cpu_s + self.depth_pixel_cpu_s) * pixels as f64;
+                        pictures += 2.0 * fast.len() as f64;
                     }
                     if !blocks.is_empty() {
                         work += self.pixel_cpu_s * blocks.pixels() as f64;

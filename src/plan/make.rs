@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use decor_api::{Optics, Window};
 
-use super::blocks::BLOCK;
+use super::windows::gathered;
 use super::{BlockSet, FramePlan, Mode, Period, Plan, WholeReason, Wishes};
 use crate::film::{FrameState, ObjectId};
 use crate::motion::screen_box;
@@ -186,10 +186,11 @@ impl Maker<'_> {
             let pixels = match &layered {
                 FramePlan::Whole => all,
                 FramePlan::Layered { fast, blocks } => {
-                    fast.pixels() as f64 * (1.0 + DEPTH_SHARE) + blocks.pixels() as f64
+                    let fast: usize = fast.iter().map(|window| window.pixels()).sum();
+                    fast as f64 * (1.0 + DEPTH_SHARE) + blocks.pixels() as f64
                 }
             };
-            if pixels > WORTHWHILE * all {
+            if self.wishes.fallback && pixels > WORTHWHILE * all {
                 *frame = FramePlan::Whole;
                 cost += all;
             } else {
@@ -197,7 +198,7 @@ impl Maker<'_> {
                 cost += pixels;
             }
         }
-        if cost > WORTHWHILE * all * period.frames.len() as f64 {
+        if self.wishes.fallback && cost > WORTHWHILE * all * period.frames.len() as f64 {
             period.frames.fill(FramePlan::Whole);
             period.whole = Some(WholeReason::NoGain);
         }
@@ -206,7 +207,7 @@ impl Maker<'_> {
     fn lay_frame(&self, state: &FrameState<'_>, fast: &HashSet<ObjectId>) -> FramePlan {
         let size = self.stage.size();
         let mut blocks = BlockSet::none(size);
-        let mut merged = Window::EMPTY;
+        let mut merged: Vec<Window> = Vec::new();
         let optics = self.abilities().optics && self.wishes.mode != Mode::Preview;
         // What is drawn from the full scene as a whole, and what is merged.
         let all_from_scene = self.wishes.mode == Mode::Exact || self.no_coverage(state);
@@ -219,22 +220,21 @@ impl Maker<'_> {
                 // What it mirrors or lets through may be in the other layer.
                 blocks.insert(window);
                 if is_fast && self.wishes.with_depth {
-                    merged = merged.union(window);
+                    merged.push(window);
                 }
             } else if is_fast && all_from_scene {
                 blocks.insert(window);
                 if self.wishes.with_depth {
-                    merged = merged.union(window);
+                    merged.push(window);
                 }
             } else if is_fast {
-                merged = merged.union(window);
+                merged.push(window);
             }
         }
-        let mut fast = merged.on_grid(BLOCK, size);
-        if !self.wishes.with_depth && blocks.contains(fast) {
-            fast = Window::EMPTY;
+        if !self.wishes.with_depth {
+            merged.retain(|&window| !blocks.contains(window));
         }
-        FramePlan::Layered { fast, blocks }
+        FramePlan::Layered { fast: gathered(&merged, size), blocks }
     }
 
     /// Is antialiasing on, and coverage not to be had?

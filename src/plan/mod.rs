@@ -6,6 +6,7 @@
 mod blocks;
 mod cost;
 mod make;
+mod windows;
 
 use std::fmt;
 
@@ -53,6 +54,8 @@ pub struct Wishes {
     pub frames: (u32, u32),
     /// Is the depth of every frame wanted too?
     pub with_depth: bool,
+    /// May frames be rendered whole because it is cheaper?
+    pub fallback: bool,
 }
 
 /// Why frames are rendered whole.
@@ -97,8 +100,9 @@ pub enum FramePlan {
     Whole,
     /// The décor, with layers merged into it.
     Layered {
-        /// Where fast objects are rendered and merged; may be empty.
-        fast: Window,
+        /// Where fast objects are rendered and merged. Windows may overlap:
+        /// every fast object is drawn in each that it is seen in.
+        fast: Vec<Window>,
         /// Blocks that are rendered from the full scene, over everything else.
         blocks: BlockSet,
     },

@@ -50,6 +50,9 @@ pub struct PeriodGround {
     unchanged: OnceLock<Vec<u8>>,
 }
 
+/// Layers by pass and frame; a frame may have several windows of a pass.
+type Layers = HashMap<(Pass, u32), Vec<Layer>>;
+
 /// Passes of a chunk, in the order in which their patches are laid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Pass {
@@ -102,7 +105,7 @@ impl Execution<'_> {
             FramePlan::Whole => self.stage.size().pixels(),
             FramePlan::Layered { fast, blocks } => {
                 let around = blocks.windows().fold(Window::EMPTY, Window::union);
-                2 * fast.pixels() + around.pixels()
+                2 * fast.iter().map(|window| window.pixels()).sum::<usize>() + around.pixels()
             }
         }
     }
@@ -209,8 +212,10 @@ impl Execution<'_> {
                             ground.fast.contains(&object.id)
                                 && self.belongs_to_layer(object, &state)
                         }));
-                        add(Pass::Fast, &scene, Region::Window(*fast));
-                        add(Pass::FastDepth, &scene, Region::Window(*fast));
+                        for window in fast {
+                            add(Pass::Fast, &scene, Region::Window(*window));
+                            add(Pass::FastDepth, &scene, Region::Window(*window));
+                        }
                     }
                     if !blocks.is_empty() {
                         let scene = Arc::new(self.stage.scene(&state, |_| true));
@@ -247,7 +252,7 @@ impl Execution<'_> {
         &self,
         shots: BTreeMap<Pass, Vec<LayerShot>>,
         first: u32,
-    ) -> Result<HashMap<(Pass, u32), Layer>, RenderError> {
+    ) -> Result<Layers, RenderError> {
         let mut calls: Vec<(Pass, LayerRequest<'_>)> = Vec::new();
         for (pass, shots) in shots {
             for (group, shots) in grouped(shots).into_iter().enumerate() {
@@ -261,7 +266,7 @@ impl Execution<'_> {
                 .collect();
             running.into_iter().map(|(pass, handle)| (pass, join(handle))).collect()
         });
-        let mut layers = HashMap::new();
+        let mut layers = Layers::new();
         for ((pass, result), (_, request)) in results.into_iter().zip(&calls) {
             for (layer, shot) in result?.into_iter().zip(&request.shots) {
                 let counter = match pass {
@@ -275,7 +280,7 @@ impl Execution<'_> {
                     Region::Blocks(_) => self.blocks_of(shot.frame).pixels() as u64,
                 };
                 counter.fetch_add(pixels, Ordering::Relaxed);
-                layers.insert((pass, shot.frame), layer);
+                layers.entry((pass, shot.frame)).or_default().push(layer);
             }
         }
         Ok(layers)
@@ -338,24 +343,29 @@ impl Execution<'_> {
         &self,
         ground: &PeriodGround,
         number: u32,
-        layers: &mut HashMap<(Pass, u32), Layer>,
+        layers: &mut Layers,
     ) -> Vec<Patch> {
         let mut patches = Vec::new();
-        if let Some(layer) = layers.remove(&(Pass::Whole, number)) {
-            let depth = layers.remove(&(Pass::WholeDepth, number)).and_then(|l| l.depth);
+        let mut take = |pass| layers.remove(&(pass, number)).unwrap_or_default().into_iter();
+        if let Some(layer) = take(Pass::Whole).next() {
+            let depth = take(Pass::WholeDepth).next().and_then(|l| l.depth);
             patches.push(Patch {
                 window: layer.window,
                 colour: layer.colour.unwrap_or_default(),
                 depth,
             });
         }
-        let fast = layers.remove(&(Pass::Fast, number));
-        let depth = layers.remove(&(Pass::FastDepth, number));
-        if let (Some(decor), Some(fast), Some(depth)) = (&ground.decor, fast, depth) {
+        if let Some(decor) = &ground.decor {
             let antialiased = self.antialias().is_some() && self.has_coverage(number);
-            patches.push(merge(decor, &fast, &depth, antialiased));
+            let depths: HashMap<Window, Layer> =
+                take(Pass::FastDepth).map(|layer| (layer.window, layer)).collect();
+            for fast in take(Pass::Fast) {
+                if let Some(depth) = depths.get(&fast.window) {
+                    patches.push(merge(decor, &fast, depth, antialiased));
+                }
+            }
         }
-        if let Some(layer) = layers.remove(&(Pass::Blocks, number)) {
+        if let Some(layer) = take(Pass::Blocks).next() {
             let colour = layer.colour.as_deref().unwrap_or_default();
             for window in self.blocks_of(number).windows() {
                 let rows = window.y..window.bottom();

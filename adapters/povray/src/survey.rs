@@ -13,8 +13,9 @@ use decor_api::{AdapterError, NativeFile, Optics};
 use crate::sources::{Library, LibraryWords, Tree, definitions, tree};
 use crate::tokens::{Kind, Token, tokens};
 
-/// Words that make a pixel depend on what lies behind or around.
-const OPTICAL: [&str; 14] = [
+/// Words that make a pixel depend on what lies behind or around; and `crand`,
+/// noise that POV-Ray makes anew in every render: such pixels are no décor.
+const OPTICAL: [&str; 15] = [
     "reflection",
     "refraction",
     "transmit",
@@ -29,10 +30,11 @@ const OPTICAL: [&str; 14] = [
     "image_map",
     "translucency",
     "dispersion",
+    "crand",
 ];
 
 /// Words whose value, or whose effect, a layer does not share with the frame.
-const UNLAYERABLE: [&str; 20] = [
+const UNLAYERABLE: [&str; 19] = [
     "clock",
     "clock_on",
     "clock_delta",
@@ -51,7 +53,6 @@ const UNLAYERABLE: [&str; 20] = [
     "radiosity",
     "photons",
     "subsurface",
-    "crand",
     "now",
 ];
 
