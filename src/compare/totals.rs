@@ -34,9 +34,9 @@ pub struct Totals {
     pub not_finite: u64,
     /// The depth, where a pair has it. Its place is that of the worst pair.
     pub depth: Option<DepthMetrics>,
-    /// The number, among the entries, of the pair with the worst verdict, of
-    /// these the one with the largest difference, then the greatest RMS, then
-    /// the first; none where no pair differs.
+    /// The number, among the entries, of the compared pair with the worst
+    /// verdict, of these the one with the largest difference, then the greatest
+    /// RMS, then the first; none where no compared pair differs.
     pub worst: Option<usize>,
 }
 
@@ -53,7 +53,7 @@ impl Totals {
                 },
                 Entry::Pair(pair) => {
                     totals.add(pair);
-                    let differs = !pair.identical();
+                    let differs = pair.metrics.as_ref().is_some_and(|m| !m.identical());
                     if differs && worst.is_none_or(|(_, so_far)| is_worse(pair, so_far)) {
                         worst = Some((k, pair));
                     }

@@ -195,7 +195,7 @@ fn last_line(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
             words += ", identical";
         } else {
             words += &format!(
-                "; max {:.5}, rms {:.6}, psnr {} dB, {:.3} % of the pixels differ",
+                "; max {:.5}, rms {:.6}, psnr {} dB, {:.3} % of the pixels above the tolerance",
                 totals.max,
                 totals.rms(),
                 decibels(totals.psnr()),
@@ -207,7 +207,6 @@ fn last_line(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
         if frames > 1 {
             words += &format!("; worst {}", worst.name());
         } else if let Entry::Pair(pair) = worst
-            && pair.metrics.is_some()
             && !pair.reasons.is_empty()
         {
             words += &format!("; {}", pair.reasons.join("; "));

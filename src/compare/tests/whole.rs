@@ -143,6 +143,10 @@ fn different_sizes_are_not_comparable_and_damage_is_unreadable() {
     let comparison = folders.strictly();
     assert_eq!(comparison.verdict, Verdict::Unreadable);
     assert_eq!(comparison.totals.pairs, [2, 0, 0, 1, 1]);
+    assert_eq!(
+        comparison.totals.worst, None,
+        "no pair with numbers differs"
+    );
     let reason = &pair_of(&comparison, "frame_0003.png").reasons[0];
     assert!(
         reason.contains("frame_0003.png: it is no whole PNG"),
