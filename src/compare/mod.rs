@@ -47,7 +47,7 @@ pub struct Options {
 #[derive(Debug)]
 pub enum Entry {
     /// A pair, compared.
-    Pair(PairReport),
+    Pair(Box<PairReport>),
     /// A picture without a partner: a failure.
     Missing {
         /// Its file name.
@@ -163,7 +163,7 @@ fn entry(one: &Match, tolerances: &Tolerances, diff: Option<&Path>) -> (Entry, O
             let diff = diff.map(|folder| folder.join(diff_name(name)));
             let (name, a, b) = (name.clone(), a.clone(), b.clone());
             let (report, error) = compare_pair(name, a, b, tolerances, diff.as_deref());
-            (Entry::Pair(report), error)
+            (Entry::Pair(Box::new(report)), error)
         }
     }
 }

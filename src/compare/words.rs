@@ -24,7 +24,7 @@ pub fn write(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
         .entries
         .iter()
         .filter_map(|entry| match entry {
-            Entry::Pair(pair) => Some(pair),
+            Entry::Pair(pair) => Some(&**pair),
             Entry::Missing { .. } => None,
         })
         .collect();

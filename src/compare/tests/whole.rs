@@ -56,7 +56,7 @@ fn grey() -> Vec<u8> {
 
 fn pair_of<'a>(comparison: &'a Comparison, name: &str) -> &'a super::super::pair::PairReport {
     let found = comparison.entries.iter().find_map(|entry| match entry {
-        Entry::Pair(pair) if pair.name == name => Some(pair),
+        Entry::Pair(pair) if pair.name == name => Some(&**pair),
         _ => None,
     });
     found.unwrap()
