@@ -54,8 +54,14 @@ pub fn name(number: u32, format: PictureFormat) -> String {
 /// # Errors
 /// [`WriteError::Io`].
 pub fn write_safely(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
-    let io = |source| WriteError::Io { path: path.to_owned(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let io = |source| WriteError::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     let mut file = tempfile::Builder::new()
         .prefix(".decor-")
         .suffix(".part")
@@ -146,7 +152,12 @@ impl Encoder<'_> {
     ///
     /// # Errors
     /// Where the format's encoder refuses.
-    pub fn file(&self, ground: &Ground, patches: &[Patch], path: &Path) -> Result<Vec<u8>, WriteError> {
+    pub fn file(
+        &self,
+        ground: &Ground,
+        patches: &[Patch],
+        path: &Path,
+    ) -> Result<Vec<u8>, WriteError> {
         if self.format == PictureFormat::Exr {
             return self.exr(ground, patches, path);
         }
@@ -161,7 +172,10 @@ impl Encoder<'_> {
                 bytes[from..from + width].copy_from_slice(line);
             }
         }
-        let png = |source| WriteError::Png { path: path.to_owned(), source };
+        let png = |source| WriteError::Png {
+            path: path.to_owned(),
+            source,
+        };
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, ground.size.width, ground.size.height);
         encoder.set_color(png::ColorType::Rgb);
@@ -192,8 +206,12 @@ impl Encoder<'_> {
             }
         }
         let mut file = std::io::Cursor::new(Vec::new());
-        write_exr(&mut file, ground.size, &colour, depth.as_deref())
-            .map_err(|source| WriteError::Exr { path: path.to_owned(), source })?;
+        write_exr(&mut file, ground.size, &colour, depth.as_deref()).map_err(|source| {
+            WriteError::Exr {
+                path: path.to_owned(),
+                source,
+            }
+        })?;
         Ok(file.into_inner())
     }
 
@@ -208,8 +226,10 @@ impl Encoder<'_> {
     fn encode(&self, colour: &[[f32; 4]]) -> Vec<u8> {
         let pixel = self.pixel_bytes();
         let mut bytes = vec![0; colour.len() * pixel];
-        bytes.par_chunks_mut(pixel * 4096).zip(colour.par_chunks(4096)).for_each(
-            |(bytes, colour)| {
+        bytes
+            .par_chunks_mut(pixel * 4096)
+            .zip(colour.par_chunks(4096))
+            .for_each(|(bytes, colour)| {
                 for (bytes, colour) in bytes.chunks_exact_mut(pixel).zip(colour) {
                     if pixel == 6 {
                         for k in 0..3 {
@@ -222,8 +242,7 @@ impl Encoder<'_> {
                         }
                     }
                 }
-            },
-        );
+            });
         bytes
     }
 }

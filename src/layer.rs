@@ -71,17 +71,29 @@ pub fn read_exr(path: &Path) -> Result<StoredLayer, LayerFileError> {
     let layer = image.layer_data;
     let (width, height) = (layer.size.0, layer.size.1);
     let channel = |name: &str| {
-        layer.channel_data.list.iter().find(|c| c.name.eq_case_insensitive(name)).map(|c| {
-            c.sample_data.values_as_f32().collect::<Vec<f32>>()
-        })
+        layer
+            .channel_data
+            .list
+            .iter()
+            .find(|c| c.name.eq_case_insensitive(name))
+            .map(|c| c.sample_data.values_as_f32().collect::<Vec<f32>>())
     };
     let grey = channel("Y");
-    let plane = |name: &str| channel(name).or_else(|| grey.clone()).ok_or(LayerFileError::NoColour);
+    let plane = |name: &str| {
+        channel(name)
+            .or_else(|| grey.clone())
+            .ok_or(LayerFileError::NoColour)
+    };
     let (r, g, b) = (plane("R")?, plane("G")?, plane("B")?);
     let a = channel("A").unwrap_or_else(|| vec![1.0; r.len()]);
     let colour = (0..r.len()).map(|k| [r[k], g[k], b[k], a[k]]).collect();
     Ok(StoredLayer {
-        window: Window { x: 0, y: 0, width: width as u32, height: height as u32 },
+        window: Window {
+            x: 0,
+            y: 0,
+            width: width as u32,
+            height: height as u32,
+        },
         colour: Some(colour),
         depth: channel("Z"),
     })
@@ -93,9 +105,13 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_back_bit_for_bit() {
-        let size = Size { width: 3, height: 2 };
-        let colour: Vec<[f32; 4]> =
-            (0..6).map(|k| [k as f32 * 0.1, 1e-20, 7.5, 1.0 / (k + 1) as f32]).collect();
+        let size = Size {
+            width: 3,
+            height: 2,
+        };
+        let colour: Vec<[f32; 4]> = (0..6)
+            .map(|k| [k as f32 * 0.1, 1e-20, 7.5, 1.0 / (k + 1) as f32])
+            .collect();
         let depth = [1.0, f32::INFINITY, 1e-3, 1e7, 2.5, 0.1];
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("layer.exr");

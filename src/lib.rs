@@ -1,5 +1,6 @@
 //! decor renders animations faster, with the renderer people already have.
 
+pub mod cli;
 pub mod compare;
 pub mod film;
 pub mod frames;
@@ -9,8 +10,7 @@ pub mod motion;
 pub mod objects;
 pub mod plan;
 pub mod render;
-pub mod segmentation;
-pub mod stage;
-pub mod cli;
 pub mod renderers;
 pub mod report;
+pub mod segmentation;
+pub mod stage;

@@ -41,32 +41,47 @@ pub fn merge(decor: &Layer, fast_colour: &Layer, fast_depth: &Layer, antialiased
     let mut colour = vec![[0.0; 4]; window.pixels()];
     let mut depth = vec![f64::INFINITY; window.pixels()];
     if width == 0 {
-        return Patch { window, colour, depth: Some(depth) };
+        return Patch {
+            window,
+            colour,
+            depth: Some(depth),
+        };
     }
-    let rows = colour.par_chunks_mut(width).zip(depth.par_chunks_mut(width));
-    rows.zip(0..window.height).for_each(|((colour, depth), row)| {
-        let from = decor.index(window.x, window.y + row);
-        let below_colour = &decor_colour[from..from + width];
-        let below_depth = &decor_depth[from..from + width];
-        let over = row as usize * width;
-        for x in 0..width {
-            let fast = over_colour[over + x];
-            let coverage = if antialiased { fast[3] } else { 1.0 };
-            let near = if antialiased && coverage > 0.0 {
-                edge_depth(over_depth, window, x, row as usize)
-            } else {
-                over_depth[over + x]
-            };
-            if coverage > 0.0 && wins(near, below_depth[x], quantum) {
-                colour[x] = if antialiased { laid_over(fast, below_colour[x]) } else { fast };
-                depth[x] = over_depth[over + x].min(below_depth[x]);
-            } else {
-                colour[x] = below_colour[x];
-                depth[x] = below_depth[x];
+    let rows = colour
+        .par_chunks_mut(width)
+        .zip(depth.par_chunks_mut(width));
+    rows.zip(0..window.height)
+        .for_each(|((colour, depth), row)| {
+            let from = decor.index(window.x, window.y + row);
+            let below_colour = &decor_colour[from..from + width];
+            let below_depth = &decor_depth[from..from + width];
+            let over = row as usize * width;
+            for x in 0..width {
+                let fast = over_colour[over + x];
+                let coverage = if antialiased { fast[3] } else { 1.0 };
+                let near = if antialiased && coverage > 0.0 {
+                    edge_depth(over_depth, window, x, row as usize)
+                } else {
+                    over_depth[over + x]
+                };
+                if coverage > 0.0 && wins(near, below_depth[x], quantum) {
+                    colour[x] = if antialiased {
+                        laid_over(fast, below_colour[x])
+                    } else {
+                        fast
+                    };
+                    depth[x] = over_depth[over + x].min(below_depth[x]);
+                } else {
+                    colour[x] = below_colour[x];
+                    depth[x] = below_depth[x];
+                }
             }
-        }
-    });
-    Patch { window, colour, depth: Some(depth) }
+        });
+    Patch {
+        window,
+        colour,
+        depth: Some(depth),
+    }
 }
 
 /// Is the fast object before the décor, or as near as can be told?
@@ -114,7 +129,12 @@ mod tests {
 
     fn layer(x: u32, colour: &[[f32; 4]], depth: &[f64]) -> Layer {
         Layer {
-            window: Window { x, y: 0, width: colour.len() as u32, height: 1 },
+            window: Window {
+                x,
+                y: 0,
+                width: colour.len() as u32,
+                height: 1,
+            },
             colour: Some(colour.to_vec()),
             depth: Some(depth.to_vec()),
             depth_quantum: (0.0, 1e-6),

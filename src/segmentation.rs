@@ -93,7 +93,9 @@ pub fn segment<'f>(frames: impl Iterator<Item = FrameState<'f>>) -> Vec<Segmente
             });
             if track.reason.is_none() && track.seen < count {
                 // It was away in between: the frame before this one at the latest.
-                track.reason = Some(Reason::Absent { frame: previous.unwrap_or(start) });
+                track.reason = Some(Reason::Absent {
+                    frame: previous.unwrap_or(start),
+                });
             }
             if track.reason.is_none() {
                 track.reason = track.reference.change(object, state.number);
@@ -102,7 +104,9 @@ pub fn segment<'f>(frames: impl Iterator<Item = FrameState<'f>>) -> Vec<Segmente
         }
         for track in known.values_mut() {
             if track.seen == count && track.reason.is_none() && count > 0 {
-                track.reason = Some(Reason::Absent { frame: state.number });
+                track.reason = Some(Reason::Absent {
+                    frame: state.number,
+                });
             }
         }
         previous = Some(state.number);
@@ -110,8 +114,16 @@ pub fn segment<'f>(frames: impl Iterator<Item = FrameState<'f>>) -> Vec<Segmente
     known
         .into_iter()
         .map(|(object, track)| match track.reason {
-            None => Segmented { object, class: Class::Immobile, reason: Reason::Still },
-            Some(reason) => Segmented { object, class: Class::Fast, reason },
+            None => Segmented {
+                object,
+                class: Class::Immobile,
+                reason: Reason::Still,
+            },
+            Some(reason) => Segmented {
+                object,
+                class: Class::Fast,
+                reason,
+            },
         })
         .collect()
 }
@@ -131,7 +143,10 @@ struct Reference {
 
 impl Reference {
     fn of(object: &ObjectState<'_>) -> Self {
-        Self { pose: object.pose, description: object.description }
+        Self {
+            pose: object.pose,
+            description: object.description,
+        }
     }
 
     fn change(&self, object: &ObjectState<'_>, frame: u32) -> Option<Reason> {

@@ -73,8 +73,10 @@ impl Stage {
         run: &RunContext,
     ) -> Result<Self, StageError> {
         let root = film.folder().to_owned();
-        let includes: Vec<NativeFile> =
-            film.includes().map(|file| read_native(file, &root)).collect::<Result<_, _>>()?;
+        let includes: Vec<NativeFile> = film
+            .includes()
+            .map(|file| read_native(file, &root))
+            .collect::<Result<_, _>>()?;
         let mut skies: Vec<(PathBuf, NativeFile)> = Vec::new();
         let mut antialias = None;
         for number in film.scene_numbers() {
@@ -90,14 +92,35 @@ impl Stage {
         }
         let mut surroundings = vec![(None, adapter.surroundings(&includes, None)?)];
         for (path, sky) in &skies {
-            surroundings.push((Some(path.clone()), adapter.surroundings(&includes, Some(sky))?));
+            surroundings.push((
+                Some(path.clone()),
+                adapter.surroundings(&includes, Some(sky))?,
+            ));
         }
-        let paths: Vec<PathBuf> =
-            film.descriptions().iter().map(|d| d.path().to_owned()).collect();
-        let library =
-            Library::load(&root, &paths, &includes, allow_outside, &*adapter, cache, run)?;
+        let paths: Vec<PathBuf> = film
+            .descriptions()
+            .iter()
+            .map(|d| d.path().to_owned())
+            .collect();
+        let library = Library::load(
+            &root,
+            &paths,
+            &includes,
+            allow_outside,
+            &*adapter,
+            cache,
+            run,
+        )?;
         let prototypes = paths.iter().map(|path| library.by_path[path]).collect();
-        Ok(Self { film, library, adapter, prototypes, includes, skies, surroundings })
+        Ok(Self {
+            film,
+            library,
+            adapter,
+            prototypes,
+            includes,
+            skies,
+            surroundings,
+        })
     }
 
     /// The size of the pictures.
@@ -123,7 +146,10 @@ impl Stage {
     /// What the renderer says of a frame's surroundings.
     pub fn surroundings(&self, state: &FrameState<'_>) -> &Surroundings {
         let sky = state.sky.map(NamedFile::file);
-        let found = self.surroundings.iter().find(|(path, _)| path.as_deref() == sky);
+        let found = self
+            .surroundings
+            .iter()
+            .find(|(path, _)| path.as_deref() == sky);
         // Every sky of the film was looked at; without one, the first entry is it.
         &found.unwrap_or(&self.surroundings[0]).1
     }
@@ -138,10 +164,16 @@ impl Stage {
             .objects
             .iter()
             .filter(|object| select(object))
-            .map(|object| Instance { prototype: self.prototype_id(object), pose: object.pose })
+            .map(|object| Instance {
+                prototype: self.prototype_id(object),
+                pose: object.pose,
+            })
             .collect();
         let sky = state.sky.and_then(|sky| {
-            self.skies.iter().find(|(path, _)| path == sky.file()).map(|(_, file)| file.clone())
+            self.skies
+                .iter()
+                .find(|(path, _)| path == sky.file())
+                .map(|(_, file)| file.clone())
         });
         Scene {
             camera: state.camera,
@@ -166,7 +198,11 @@ impl Stage {
         for (_, prototype) in self.library.table.iter() {
             add(prototype.hash.as_bytes());
         }
-        for file in self.includes.iter().chain(self.skies.iter().map(|(_, file)| file)) {
+        for file in self
+            .includes
+            .iter()
+            .chain(self.skies.iter().map(|(_, file)| file))
+        {
             add(&file.text);
         }
         add(self.adapter.name().as_bytes());
@@ -180,5 +216,9 @@ fn read_native(file: &NamedFile, root: &Path) -> Result<NativeFile, StageError> 
         path: file.file().to_owned(),
         source,
     })?;
-    Ok(NativeFile { path: file.file().to_owned(), root: root.to_owned(), text })
+    Ok(NativeFile {
+        path: file.file().to_owned(),
+        root: root.to_owned(),
+        text,
+    })
 }

@@ -43,7 +43,10 @@ fn fails(script: &str, extra: &[&str]) -> Fault {
         .env("FAKE_FOLDER", folder.path())
         .ends();
     assert_eq!(ended.status, 4, "{}", ended.stderr);
-    let left: Vec<_> = std::fs::read_dir(&temporary).unwrap().map(|e| e.unwrap().path()).collect();
+    let left: Vec<_> = std::fs::read_dir(&temporary)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
     assert!(left.is_empty(), "temporary files are left: {left:?}");
     if let Ok(entries) = std::fs::read_dir(&out) {
         let frames: Vec<_> = entries
@@ -52,12 +55,18 @@ fn fails(script: &str, extra: &[&str]) -> Fault {
             .collect();
         assert!(frames.is_empty(), "frames are left: {frames:?}");
     }
-    Fault { stderr: ended.stderr, folder }
+    Fault {
+        stderr: ended.stderr,
+        folder,
+    }
 }
 
 /// The stderr without the line breaks of its layout.
 fn words(text: &str) -> String {
-    text.replace(['│', '\n'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+    text.replace(['│', '\n'], " ")
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 #[test]
@@ -87,7 +96,10 @@ fn killed() {
 #[test]
 fn failing() {
     let said = words(&fails("echo 'Parse Error: no such thing' >&2; exit 1", &[]).stderr);
-    assert!(said.contains("exit status: 1") && said.contains("no such thing"), "{said}");
+    assert!(
+        said.contains("exit status: 1") && said.contains("no such thing"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -95,7 +107,10 @@ fn hanging() {
     let script = "sleep 600 & echo $! >> \"$FAKE_FOLDER/children\"; echo $$ >> \"$FAKE_FOLDER/children\"; wait";
     let fault = fails(script, &["--timeout", "1"]);
     let said = words(&fault.stderr);
-    assert!(said.contains("did not finish") && said.contains("within 1 s"), "{said}");
+    assert!(
+        said.contains("did not finish") && said.contains("within 1 s"),
+        "{said}"
+    );
     let children = std::fs::read_to_string(fault.folder.path().join("children")).unwrap();
     assert!(children.lines().count() >= 2);
     for pid in children.lines() {
@@ -109,7 +124,10 @@ fn hanging() {
 fn silent() {
     // It ends well and writes nothing: the state file stays empty.
     let said = words(&fails("exit 0", &[]).stderr);
-    assert!(said.contains("povray wrote") && said.contains("pixels are missing"), "{said}");
+    assert!(
+        said.contains("povray wrote") && said.contains("pixels are missing"),
+        "{said}"
+    );
 }
 
 #[test]

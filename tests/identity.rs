@@ -24,7 +24,12 @@ fn check(film: &str, extra: &[&str]) -> serde_json::Value {
     for number in 0..summary["frames"].as_u64().unwrap() {
         let name = format!("frame_{number:04}.png");
         let wrong = differing_pixels(&merged.join(&name), &plain.join(&name));
-        assert!(wrong.is_empty(), "{film} {name}: {} pixels: {:?}", wrong.len(), &wrong[..wrong.len().min(9)]);
+        assert!(
+            wrong.is_empty(),
+            "{film} {name}: {} pixels: {:?}",
+            wrong.len(),
+            &wrong[..wrong.len().min(9)]
+        );
     }
     summary
 }
@@ -35,7 +40,10 @@ fn plane() {
     assert_eq!(summary["fallback"], false);
     let traced = summary["pixels_traced"]["fast"].as_u64().unwrap()
         + summary["pixels_traced"]["decor"].as_u64().unwrap();
-    assert!(traced < summary["pixels_full"].as_u64().unwrap() / 2, "{summary:#}");
+    assert!(
+        traced < summary["pixels_full"].as_u64().unwrap() / 2,
+        "{summary:#}"
+    );
 }
 
 #[test]

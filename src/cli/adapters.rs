@@ -40,10 +40,30 @@ pub fn run(args: &AdaptersArgs) -> Result<Status, Failure> {
             Some(a) => {
                 let yes = |b: bool| if b { "yes" } else { "no" };
                 println!("{} {}", entry.name, a.version);
-                println!("  CSG {}, shadows {}, mirrors and glass {}", yes(a.csg), yes(a.shadows), yes(a.optics));
-                println!("  fragments: {}", if a.fragments.is_empty() { "none".into() } else { a.fragments.join(", ") });
-                println!("  blocks of a picture alone {}, coverage {}", yes(a.block_mask), yes(a.coverage));
-                println!("  hidden casters {}, list of rays {}", yes(a.hidden_casters), yes(a.ray_list));
+                println!(
+                    "  CSG {}, shadows {}, mirrors and glass {}",
+                    yes(a.csg),
+                    yes(a.shadows),
+                    yes(a.optics)
+                );
+                println!(
+                    "  fragments: {}",
+                    if a.fragments.is_empty() {
+                        "none".into()
+                    } else {
+                        a.fragments.join(", ")
+                    }
+                );
+                println!(
+                    "  blocks of a picture alone {}, coverage {}",
+                    yes(a.block_mask),
+                    yes(a.coverage)
+                );
+                println!(
+                    "  hidden casters {}, list of rays {}",
+                    yes(a.hidden_casters),
+                    yes(a.ray_list)
+                );
                 println!("  {}", a.units);
             }
         }

@@ -71,5 +71,9 @@ pub fn run(args: &DoctorArgs) -> Result<Status, Failure> {
     if args.json {
         print_json(&json!({"type": "summary", "renderers": ADAPTERS.len(), "broken": broken}))?;
     }
-    Ok(if broken == 0 { Status::Done } else { Status::Renderer })
+    Ok(if broken == 0 {
+        Status::Done
+    } else {
+        Status::Renderer
+    })
 }

@@ -57,12 +57,21 @@ pub struct Failure {
 
 impl Failure {
     fn new(status: Status, inner: impl Diagnostic + Send + Sync + 'static) -> Self {
-        Self { status, inner: Box::new(inner) }
+        Self {
+            status,
+            inner: Box::new(inner),
+        }
     }
 
     /// The arguments do not go together.
     pub fn usage(message: impl Into<String>) -> Self {
-        Self::new(Status::Usage, Words { message: message.into(), source: None })
+        Self::new(
+            Status::Usage,
+            Words {
+                message: message.into(),
+                source: None,
+            },
+        )
     }
 
     /// The input is bad.
@@ -73,13 +82,25 @@ impl Failure {
     /// `path` could not be written.
     pub fn write(path: &Path, source: std::io::Error) -> Self {
         let message = format!("{} cannot be written", path.display());
-        Self::new(Status::Write, Words { message, source: Some(Box::new(source)) })
+        Self::new(
+            Status::Write,
+            Words {
+                message,
+                source: Some(Box::new(source)),
+            },
+        )
     }
 
     /// Something that cannot happen did.
     pub fn internal(error: impl Error + Send + Sync + 'static) -> Self {
         let message = "decor itself failed: please report this".to_owned();
-        Self::new(Status::Write, Words { message, source: Some(Box::new(error)) })
+        Self::new(
+            Status::Write,
+            Words {
+                message,
+                source: Some(Box::new(error)),
+            },
+        )
     }
 }
 
@@ -98,7 +119,9 @@ impl fmt::Display for Words {
 
 impl Error for Words {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
-        self.source.as_ref().map(|source| &**source as &(dyn Error + 'static))
+        self.source
+            .as_ref()
+            .map(|source| &**source as &(dyn Error + 'static))
     }
 }
 
@@ -154,7 +177,9 @@ impl Failure {
     /// An error that shows no source.
     fn of_error(status: Status, error: impl Error + Send + Sync + 'static) -> Self {
         let message = error.to_string();
-        let source = error.source().map(|s| Box::<dyn Error + Send + Sync>::from(s.to_string()));
+        let source = error
+            .source()
+            .map(|s| Box::<dyn Error + Send + Sync>::from(s.to_string()));
         Self::new(status, Words { message, source })
     }
 }

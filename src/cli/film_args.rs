@@ -86,13 +86,18 @@ fn period(text: &str) -> Result<Period, String> {
 
 fn frame_range(text: &str) -> Result<(u32, u32), String> {
     let number = |part: &str| {
-        part.parse::<u32>().map_err(|_| format!("`{part}` is no frame number"))
+        part.parse::<u32>()
+            .map_err(|_| format!("`{part}` is no frame number"))
     };
     match text.split_once('-') {
         None => number(text).map(|n| (n, n)),
         Some((a, b)) => {
             let (a, b) = (number(a)?, number(b)?);
-            if a <= b { Ok((a, b)) } else { Err(format!("{a} is after {b}")) }
+            if a <= b {
+                Ok((a, b))
+            } else {
+                Err(format!("{a} is after {b}"))
+            }
         }
     }
 }
@@ -112,7 +117,8 @@ impl FilmArgs {
 
     /// The frames that are asked for.
     pub fn wanted(&self, film: &Film) -> (u32, u32) {
-        self.frames.unwrap_or((*film.frames().start(), *film.frames().end()))
+        self.frames
+            .unwrap_or((*film.frames().start(), *film.frames().end()))
     }
 
     /// How long a call may take.
@@ -147,7 +153,9 @@ impl FilmArgs {
         }
         let default = &renderers::ADAPTERS[0];
         match (default.find)() {
-            Err(error @ AdapterError::Missing { .. }) if std::env::var_os("DECOR_POVRAY").is_none() => {
+            Err(error @ AdapterError::Missing { .. })
+                if std::env::var_os("DECOR_POVRAY").is_none() =>
+            {
                 if needs_povray(film) {
                     return Err(error.into());
                 }
@@ -161,7 +169,9 @@ impl FilmArgs {
 
 fn needs_povray(film: &Film) -> bool {
     let native = |file: &film::NamedFile| {
-        file.file().extension().is_some_and(|e| e == "inc" || e == "pov")
+        file.file()
+            .extension()
+            .is_some_and(|e| e == "inc" || e == "pov")
     };
     let sky = film.scene_numbers().any(|n| film.frame(n).sky.is_some());
     sky || film.includes().next().is_some() || film.descriptions().iter().any(native)

@@ -13,7 +13,12 @@ pub struct CompletionsArgs {
 
 /// Runs the verb.
 pub fn completions(args: &CompletionsArgs) -> Result<Status, Failure> {
-    clap_complete::generate(args.shell, &mut Cli::command(), "decor", &mut std::io::stdout());
+    clap_complete::generate(
+        args.shell,
+        &mut Cli::command(),
+        "decor",
+        &mut std::io::stdout(),
+    );
     Ok(Status::Done)
 }
 

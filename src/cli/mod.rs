@@ -1,6 +1,7 @@
 //! The command line: one file per verb.
 
 mod adapters;
+mod compare;
 mod convert;
 mod doctor;
 mod failure;
@@ -16,7 +17,12 @@ pub use failure::{Failure, Status};
 
 /// Renders animations faster, with the renderer you already have.
 #[derive(Debug, Parser)]
-#[command(name = "decor", version, propagate_version = true, arg_required_else_help = true)]
+#[command(
+    name = "decor",
+    version,
+    propagate_version = true,
+    arg_required_else_help = true
+)]
 struct Cli {
     /// Say more (twice: everything).
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
@@ -34,6 +40,8 @@ enum Verb {
     Render(render::RenderArgs),
     /// Show what would be rendered, and what it would cost.
     Plan(plan::PlanArgs),
+    /// Compare two pictures, or two folders of frames.
+    Compare(compare::CompareArgs),
     /// Turn a film from one form (.anim, .jsonl) into the other.
     Convert(convert::ConvertArgs),
     /// List the adapters and their abilities.
@@ -53,13 +61,18 @@ pub fn run() -> u8 {
         Err(error) => {
             // Help and version are no errors; they go to stdout.
             let _ = error.print();
-            return if error.use_stderr() { Status::Usage.code() } else { Status::Done.code() };
+            return if error.use_stderr() {
+                Status::Usage.code()
+            } else {
+                Status::Done.code()
+            };
         }
     };
     log(cli.verbose, cli.quiet);
     let result = match &cli.verb {
         Verb::Render(args) => render::run(args, cli.quiet),
         Verb::Plan(args) => plan::run(args),
+        Verb::Compare(args) => return compare::run(args, &mut std::io::stdout().lock()),
         Verb::Convert(args) => convert::run(args),
         Verb::Adapters(args) => adapters::run(args),
         Verb::Doctor(args) => doctor::run(args),

@@ -77,7 +77,9 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     let (costs, jobs) = (Costs::default(), stage.adapter.abilities().jobs);
     let prices = plan.prices(&costs, stage.size(), jobs, cores);
     let count = frames.1 - frames.0 + 1;
-    let total = prices.iter().fold(Price::default(), |sum, price| sum + *price);
+    let total = prices
+        .iter()
+        .fold(Price::default(), |sum, price| sum + *price);
     let stock = costs.stock(count as usize, stage.size(), cores);
     let summary = PlanSummary {
         frames: count,
@@ -129,7 +131,10 @@ fn line<'s>(stage: &'s Stage, period: &Period, price: Price) -> PeriodLine<'s> {
 fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
     for (period, price) in plan.periods.iter().zip(prices) {
         let last = period.start + period.len() - 1;
-        println!("frames {} to {last}: about {:.1} s", period.start, price.wall_s);
+        println!(
+            "frames {} to {last}: about {:.1} s",
+            period.start, price.wall_s
+        );
         if let Some(reason) = &period.whole {
             println!("  rendered frame by frame: {reason}");
         }

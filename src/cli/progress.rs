@@ -23,7 +23,12 @@ impl Progress {
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
             bar
         });
-        Self { bar, plain: !terminal && !quiet, total, done: AtomicU64::new(0) }
+        Self {
+            bar,
+            plain: !terminal && !quiet,
+            total,
+            done: AtomicU64::new(0),
+        }
     }
 
     /// One more frame is there.

@@ -121,13 +121,20 @@ fn layered(
     quiet: bool,
 ) -> Result<Summary, Failure> {
     let format = args.format.picture();
-    let plan = plan(stage, args.wishes.wishes(frames, format == PictureFormat::Exr))?;
+    let plan = plan(
+        stage,
+        args.wishes.wishes(frames, format == PictureFormat::Exr),
+    )?;
     let mut summary = describe(args, stage, frames);
     summary.mode = plan.wishes.mode.to_string();
     summary.periods = period_summaries(&plan);
     summary.fallback = plan.is_fallback();
     make_folder(&args.out)?;
-    let skip = if args.resume { finished(args, &summary.job, frames) } else { BTreeSet::new() };
+    let skip = if args.resume {
+        finished(args, &summary.job, frames)
+    } else {
+        BTreeSet::new()
+    };
     // What is there belongs to this job from now on, also if it is interrupted.
     write_safely(&args.out.join(JOB_FILE), summary.job.as_bytes())?;
     let options = Options {
@@ -177,7 +184,9 @@ fn finished(args: &RenderArgs, job: &str, frames: (u32, u32)) -> BTreeSet<u32> {
         return BTreeSet::new();
     }
     let format = args.format.picture();
-    (frames.0..=frames.1).filter(|n| args.out.join(name(*n, format)).is_file()).collect()
+    (frames.0..=frames.1)
+        .filter(|n| args.out.join(name(*n, format)).is_file())
+        .collect()
 }
 
 fn baseline(
@@ -189,7 +198,11 @@ fn baseline(
 ) -> Result<Summary, Failure> {
     let film = (*stage.film.frames().start(), *stage.film.frames().end());
     if frames.0 < film.0 || frames.1 > film.1 {
-        return Err(crate::plan::PlanError::NoSuchFrames { film, asked: frames }.into());
+        return Err(crate::plan::PlanError::NoSuchFrames {
+            film,
+            asked: frames,
+        }
+        .into());
     }
     let format = args.format.picture();
     let request = Baseline {
@@ -227,13 +240,19 @@ fn baseline(
         // The copy is in place; the original would be a second film on the disk.
         let _ = std::fs::remove_file(&file);
         if args.json {
-            print_json(&FrameLine { frame: number, file: &path })?;
+            print_json(&FrameLine {
+                frame: number,
+                file: &path,
+            })?;
         }
     }
     let mut summary = describe(args, stage, frames);
     summary.mode = "baseline".into();
     (summary.renderer_calls, summary.renderer_frames) = tally.read();
-    summary.pixels_traced = TracedPixels { whole: summary.pixels_full, ..Default::default() };
+    summary.pixels_traced = TracedPixels {
+        whole: summary.pixels_full,
+        ..Default::default()
+    };
     (summary.wall_s, summary.cpu_s) = (clock.wall_s(), clock.cpu_s());
     Ok(summary)
 }
@@ -245,7 +264,13 @@ fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
     let abilities = stage.adapter.abilities();
     let mode = args.wishes.mode.unwrap_or(Mode::Equivalent);
     let job = blake3::hash(
-        format!("{} {mode} {:?} {}", stage.key(), args.wishes.period, args.format.text()).as_bytes(),
+        format!(
+            "{} {mode} {:?} {}",
+            stage.key(),
+            args.wishes.period,
+            args.format.text()
+        )
+        .as_bytes(),
     );
     Summary {
         decor: env!("CARGO_PKG_VERSION").into(),
@@ -290,7 +315,11 @@ fn tell(summary: &Summary, out: &Path) {
         summary.cpu_s,
         summary.renderer_calls,
     );
-    let mut reasons: Vec<&String> = summary.periods.iter().filter_map(|p| p.whole.as_ref()).collect();
+    let mut reasons: Vec<&String> = summary
+        .periods
+        .iter()
+        .filter_map(|p| p.whole.as_ref())
+        .collect();
     reasons.dedup();
     if summary.fallback {
         for reason in reasons.into_iter().take(3) {

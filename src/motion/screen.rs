@@ -54,9 +54,12 @@ pub fn screen_box(bounds: &Bounds, camera: &Camera, size: Size) -> ScreenBox {
     let x = pixels(half_w + fx * left, half_w + fx * right, size.width);
     let y = pixels(half_h - fy * up, half_h - fy * down, size.height);
     match (x, y) {
-        (Some((x0, x1)), Some((y0, y1))) => {
-            ScreenBox::Inside(Window { x: x0, y: y0, width: x1 - x0, height: y1 - y0 })
-        }
+        (Some((x0, x1)), Some((y0, y1))) => ScreenBox::Inside(Window {
+            x: x0,
+            y: y0,
+            width: x1 - x0,
+            height: y1 - y0,
+        }),
         _ => ScreenBox::Outside,
     }
 }
@@ -76,8 +79,16 @@ fn tangents(c: f64, z: f64, radius: f64) -> Option<(f64, f64)> {
     if low >= FRAC_PI_2 || high <= -FRAC_PI_2 {
         return None;
     }
-    let low = if low <= -FRAC_PI_2 { f64::NEG_INFINITY } else { low.tan() };
-    let high = if high >= FRAC_PI_2 { f64::INFINITY } else { high.tan() };
+    let low = if low <= -FRAC_PI_2 {
+        f64::NEG_INFINITY
+    } else {
+        low.tan()
+    };
+    let high = if high >= FRAC_PI_2 {
+        f64::INFINITY
+    } else {
+        high.tan()
+    };
     Some((low, high))
 }
 
@@ -92,18 +103,25 @@ fn pixels(from: f64, to: f64, length: u32) -> Option<(u32, u32)> {
     Some((from.clamp(0.0, limit) as u32, to.clamp(0.0, limit) as u32))
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec3;
     use proptest::prelude::*;
 
-    const SIZE: Size = Size { width: 200, height: 100 };
+    const SIZE: Size = Size {
+        width: 200,
+        height: 100,
+    };
 
     fn camera(angle: f64) -> Camera {
-        Camera::look_at(DVec3::new(1.0, 2.0, -3.0), DVec3::new(0.5, 0.0, 4.0), DVec3::Y, (angle, angle / 2.0))
-            .unwrap()
+        Camera::look_at(
+            DVec3::new(1.0, 2.0, -3.0),
+            DVec3::new(0.5, 0.0, 4.0),
+            DVec3::Y,
+            (angle, angle / 2.0),
+        )
+        .unwrap()
     }
 
     fn unit() -> impl Strategy<Value = DVec3> {
@@ -140,14 +158,23 @@ mod tests {
         let at = |z: f64, r: f64| screen_box(&Bounds::sphere(DVec3::Z * z, r), &camera, SIZE);
         assert_eq!(at(-5.0, 1.0), ScreenBox::Outside);
         assert_eq!(at(0.5, 1.0), ScreenBox::Inside(SIZE.window()));
-        assert_eq!(screen_box(&Bounds::Unbounded, &camera, SIZE), ScreenBox::Inside(SIZE.window()));
-        assert_eq!(screen_box(&Bounds::Empty, &camera, SIZE), ScreenBox::Outside);
+        assert_eq!(
+            screen_box(&Bounds::Unbounded, &camera, SIZE),
+            ScreenBox::Inside(SIZE.window())
+        );
+        assert_eq!(
+            screen_box(&Bounds::Empty, &camera, SIZE),
+            ScreenBox::Outside
+        );
     }
 
     #[test]
     fn a_small_sphere_has_a_small_box() {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (90.0, 90.0)).unwrap();
-        let size = Size { width: 100, height: 100 };
+        let size = Size {
+            width: 100,
+            height: 100,
+        };
         let window = screen_box(&Bounds::sphere(DVec3::Z * 10.0, 1.0), &camera, size).window();
         // 10 pixels wide, half a pixel of perspective, a pixel on each side.
         assert!((12..=14).contains(&window.width), "{window:?}");

@@ -16,7 +16,10 @@ impl BlockSet {
     /// No block.
     pub fn none(size: Size) -> Self {
         let count = columns(size) as usize * size.height.div_ceil(BLOCK) as usize;
-        Self { size, bits: vec![false; count] }
+        Self {
+            size,
+            bits: vec![false; count],
+        }
     }
 
     /// Adds every block that has a pixel of `window`.
@@ -39,14 +42,27 @@ impl BlockSet {
 
     /// Their numbers, row by row, ascending.
     pub fn numbers(&self) -> Vec<u32> {
-        (0..).zip(&self.bits).filter(|(_, bit)| **bit).map(|(n, _)| n).collect()
+        (0..)
+            .zip(&self.bits)
+            .filter(|(_, bit)| **bit)
+            .map(|(n, _)| n)
+            .collect()
     }
 
     /// Their rectangles, cut at the picture.
     pub fn windows(&self) -> impl Iterator<Item = Window> + '_ {
         self.numbers().into_iter().map(|n| {
-            let (x, y) = (n % columns(self.size) * BLOCK, n / columns(self.size) * BLOCK);
-            Window { x, y, width: BLOCK, height: BLOCK }.intersection(self.size.window())
+            let (x, y) = (
+                n % columns(self.size) * BLOCK,
+                n / columns(self.size) * BLOCK,
+            );
+            Window {
+                x,
+                y,
+                width: BLOCK,
+                height: BLOCK,
+            }
+            .intersection(self.size.window())
         })
     }
 
@@ -59,7 +75,10 @@ impl BlockSet {
     pub fn contains(&self, window: Window) -> bool {
         let mut all = Self::none(self.size);
         all.insert(window);
-        all.bits.iter().zip(&self.bits).all(|(wanted, have)| *have || !wanted)
+        all.bits
+            .iter()
+            .zip(&self.bits)
+            .all(|(wanted, have)| *have || !wanted)
     }
 }
 
@@ -71,18 +90,41 @@ fn columns(size: Size) -> u32 {
 mod tests {
     use super::*;
 
-    const SIZE: Size = Size { width: 70, height: 40 };
+    const SIZE: Size = Size {
+        width: 70,
+        height: 40,
+    };
 
     #[test]
     fn blocks_of_a_window() {
         let mut set = BlockSet::none(SIZE);
         assert!(set.is_empty());
-        set.insert(Window { x: 31, y: 0, width: 2, height: 1 });
+        set.insert(Window {
+            x: 31,
+            y: 0,
+            width: 2,
+            height: 1,
+        });
         assert_eq!(set.numbers(), [0, 1]);
-        set.insert(Window { x: 69, y: 39, width: 1, height: 1 });
+        set.insert(Window {
+            x: 69,
+            y: 39,
+            width: 1,
+            height: 1,
+        });
         assert_eq!(set.numbers(), [0, 1, 5]);
         assert_eq!(set.pixels(), 2 * 32 * 32 + 6 * 8);
-        assert!(set.contains(Window { x: 10, y: 10, width: 40, height: 10 }));
-        assert!(!set.contains(Window { x: 10, y: 10, width: 40, height: 30 }));
+        assert!(set.contains(Window {
+            x: 10,
+            y: 10,
+            width: 40,
+            height: 10
+        }));
+        assert!(!set.contains(Window {
+            x: 10,
+            y: 10,
+            width: 40,
+            height: 30
+        }));
     }
 }

@@ -52,7 +52,10 @@ pub struct Price {
 impl std::ops::Add for Price {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self { wall_s: self.wall_s + other.wall_s, cpu_s: self.cpu_s + other.cpu_s }
+        Self {
+            wall_s: self.wall_s + other.wall_s,
+            cpu_s: self.cpu_s + other.cpu_s,
+        }
     }
 }
 
@@ -62,7 +65,10 @@ impl Costs {
         let work = self.pixel_cpu_s * size.pixels() as f64 * frames as f64;
         let cpu_s = self.call_cpu_s + self.picture_cpu_s * frames as f64 + work;
         let sleep = self.call_wall_s + self.picture_wall_s * frames as f64;
-        Price { wall_s: sleep + work / cores as f64, cpu_s }
+        Price {
+            wall_s: sleep + work / cores as f64,
+            cpu_s,
+        }
     }
 
     /// A period of a plan, its calls spread over `jobs` at once.
@@ -114,6 +120,9 @@ impl Costs {
 impl Plan {
     /// The predicted cost of each period, in order.
     pub fn prices(&self, costs: &Costs, size: Size, jobs: usize, cores: usize) -> Vec<Price> {
-        self.periods.iter().map(|period| costs.period(period, size, jobs, cores)).collect()
+        self.periods
+            .iter()
+            .map(|period| costs.period(period, size, jobs, cores))
+            .collect()
     }
 }

@@ -48,9 +48,15 @@ pub fn plan(stage: &Stage, wishes: Wishes) -> Result<Plan, PlanError> {
     let film = (*stage.film.frames().start(), *stage.film.frames().end());
     let (first, last) = wishes.frames;
     if first < film.0 || last > film.1 || first > last {
-        return Err(PlanError::NoSuchFrames { film, asked: wishes.frames });
+        return Err(PlanError::NoSuchFrames {
+            film,
+            asked: wishes.frames,
+        });
     }
-    let maker = Maker { stage, wishes: &wishes };
+    let maker = Maker {
+        stage,
+        wishes: &wishes,
+    };
     let mut periods = Vec::new();
     let mut start = first;
     while start <= last {
@@ -100,7 +106,9 @@ impl Maker<'_> {
 
     fn period(&self, start: u32, end: u32) -> Result<Period, PlanError> {
         let frames = || (start..=end).map(|n| self.stage.film.frame(n));
-        let same = frames().zip(frames().skip(1)).all(|(a, b)| same_surroundings(&a, &b));
+        let same = frames()
+            .zip(frames().skip(1))
+            .all(|(a, b)| same_surroundings(&a, &b));
         let mut objects = segment(frames());
         if !same {
             for object in &mut objects {
@@ -214,8 +222,8 @@ impl Maker<'_> {
         for object in &state.objects {
             let is_fast = fast.contains(&object.id);
             let prototype = self.stage.prototype(object);
-            let window = screen_box(&prototype.bounds.posed(&object.pose), &state.camera, size)
-                .window();
+            let window =
+                screen_box(&prototype.bounds.posed(&object.pose), &state.camera, size).window();
             if optics && prototype.optics != Optics::Opaque && !fast.is_empty() {
                 // What it mirrors or lets through may be in the other layer.
                 blocks.insert(window);
@@ -234,13 +242,15 @@ impl Maker<'_> {
         if !self.wishes.with_depth {
             merged.retain(|&window| !blocks.contains(window));
         }
-        FramePlan::Layered { fast: gathered(&merged, size), blocks }
+        FramePlan::Layered {
+            fast: gathered(&merged, size),
+            blocks,
+        }
     }
 
     /// Is antialiasing on, and coverage not to be had?
     fn no_coverage(&self, state: &FrameState<'_>) -> bool {
         let surroundings = self.stage.surroundings(state);
-        state.antialias.is_some()
-            && (surroundings.sky_on_objects || !self.abilities().coverage)
+        state.antialias.is_some() && (surroundings.sky_on_objects || !self.abilities().coverage)
     }
 }

@@ -80,7 +80,10 @@ impl fmt::Display for WholeReason {
         match self {
             Self::Asked => write!(f, "asked for"),
             Self::SurroundingsChange => {
-                write!(f, "the observer, a light or the background changes in every frame")
+                write!(
+                    f,
+                    "the observer, a light or the background changes in every frame"
+                )
             }
             Self::NothingStays => write!(f, "no object stays where it is"),
             Self::Unconfined(what) => write!(f, "{what} can change every pixel"),

@@ -44,23 +44,41 @@ pub fn gathered(windows: &[Window], size: Size) -> Vec<Window> {
 mod tests {
     use super::*;
 
-    const SIZE: Size = Size { width: 1024, height: 1024 };
+    const SIZE: Size = Size {
+        width: 1024,
+        height: 1024,
+    };
 
     fn at(x: u32, y: u32, side: u32) -> Window {
-        Window { x, y, width: side, height: side }
+        Window {
+            x,
+            y,
+            width: side,
+            height: side,
+        }
     }
 
     #[test]
     fn near_windows_become_one_and_far_ones_do_not() {
         let near = gathered(&[at(10, 10, 50), at(70, 40, 30)], SIZE);
-        assert_eq!(near, [Window { x: 0, y: 0, width: 128, height: 96 }]);
+        assert_eq!(
+            near,
+            [Window {
+                x: 0,
+                y: 0,
+                width: 128,
+                height: 96
+            }]
+        );
         assert_eq!(gathered(&[at(0, 0, 32), at(900, 900, 32)], SIZE).len(), 2);
         assert!(gathered(&[Window::EMPTY], SIZE).is_empty());
     }
 
     #[test]
     fn every_window_is_contained() {
-        let many: Vec<Window> = (0..200).map(|k| at(k * 5 % 900, k * 37 % 900, 20)).collect();
+        let many: Vec<Window> = (0..200)
+            .map(|k| at(k * 5 % 900, k * 37 % 900, 20))
+            .collect();
         for few in [&many[..40], &many[..]] {
             let out = gathered(few, SIZE);
             for window in few {

@@ -69,7 +69,10 @@ impl Execution<'_> {
     }
 
     fn encoder(&self) -> Encoder<'_> {
-        Encoder { adapter: &*self.stage.adapter, format: self.options.format }
+        Encoder {
+            adapter: &*self.stage.adapter,
+            format: self.options.format,
+        }
     }
 
     fn with_depth(&self) -> bool {
@@ -85,9 +88,17 @@ impl Execution<'_> {
     /// that their layers fit into memory.
     pub fn chunks(&self, index: usize) -> Vec<Range<u32>> {
         let period = self.period(index);
-        let left: Vec<u32> =
-            period.numbers().filter(|n| !self.options.skip.contains(n)).collect();
-        let heaviest = period.frames.iter().map(|f| self.held_pixels(f)).max().unwrap_or(1).max(1);
+        let left: Vec<u32> = period
+            .numbers()
+            .filter(|n| !self.options.skip.contains(n))
+            .collect();
+        let heaviest = period
+            .frames
+            .iter()
+            .map(|f| self.held_pixels(f))
+            .max()
+            .unwrap_or(1)
+            .max(1);
         let longest = (CHUNK_PIXELS / heaviest).clamp(1, CHUNK_FRAMES);
         let length = left.len().div_ceil(self.jobs).clamp(1, longest);
         let mut chunks: Vec<Range<u32>> = Vec::new();
@@ -131,7 +142,10 @@ impl Execution<'_> {
             });
         }
         let state = self.stage.film.frame(period.start);
-        let scene = Arc::new(self.stage.scene(&state, |object| !fast.contains(&object.id)));
+        let scene = Arc::new(
+            self.stage
+                .scene(&state, |object| !fast.contains(&object.id)),
+        );
         let call = |output: Output, label: &str| {
             let request = LayerRequest {
                 prototypes: &self.stage.library.table,
@@ -194,7 +208,11 @@ impl Execution<'_> {
         for number in frames {
             let state = self.stage.film.frame(number);
             let mut add = |pass: Pass, scene: &Arc<decor_api::Scene>, region: Region| {
-                let shot = LayerShot { frame: number, scene: Arc::clone(scene), region };
+                let shot = LayerShot {
+                    frame: number,
+                    scene: Arc::clone(scene),
+                    region,
+                };
                 shots.entry(pass).or_default().push(shot);
             };
             match &period.frames[(number - period.start) as usize] {
@@ -264,7 +282,10 @@ impl Execution<'_> {
                 .iter()
                 .map(|(pass, request)| (*pass, scope.spawn(|| self.call(request, Some(1)))))
                 .collect();
-            running.into_iter().map(|(pass, handle)| (pass, join(handle))).collect()
+            running
+                .into_iter()
+                .map(|(pass, handle)| (pass, join(handle)))
+                .collect()
         });
         let mut layers = Layers::new();
         for ((pass, result), (_, request)) in results.into_iter().zip(&calls) {
@@ -294,7 +315,10 @@ impl Execution<'_> {
         group: usize,
     ) -> LayerRequest<'_> {
         let frame = shots.first().map_or(first, |shot| shot.frame);
-        let sky = self.stage.surroundings(&self.stage.film.frame(frame)).sky_on_objects;
+        let sky = self
+            .stage
+            .surroundings(&self.stage.film.frame(frame))
+            .sky_on_objects;
         let (output, label) = match pass {
             Pass::Whole => (Output::ColourOverBackground, "frames"),
             Pass::WholeDepth => (Output::Depth, "frames_depth"),
@@ -303,8 +327,12 @@ impl Execution<'_> {
             Pass::Blocks => (Output::ColourOverBackground, "blocks"),
         };
         // In a film that nobody looked into, a scene may go by its clock.
-        let film = (self.plan.wishes.mode == Mode::Full && pass == Pass::Whole)
-            .then(|| (*self.stage.film.frames().start(), *self.stage.film.frames().end()));
+        let film = (self.plan.wishes.mode == Mode::Full && pass == Pass::Whole).then(|| {
+            (
+                *self.stage.film.frames().start(),
+                *self.stage.film.frames().end(),
+            )
+        });
         LayerRequest {
             prototypes: &self.stage.library.table,
             size: self.stage.size(),
@@ -321,7 +349,11 @@ impl Execution<'_> {
     }
 
     fn blocks_of(&self, number: u32) -> crate::plan::BlockSet {
-        let period = self.plan.periods.iter().find(|p| p.numbers().contains(&number));
+        let period = self
+            .plan
+            .periods
+            .iter()
+            .find(|p| p.numbers().contains(&number));
         match period.map(|p| &p.frames[(number - p.start) as usize]) {
             Some(FramePlan::Layered { blocks, .. }) => blocks.clone(),
             _ => crate::plan::BlockSet::none(self.stage.size()),
@@ -334,19 +366,22 @@ impl Execution<'_> {
         threads: Option<usize>,
     ) -> Result<Vec<Layer>, RenderError> {
         let _slot = self.slots.take();
-        let run = RunContext { threads, ..self.run.clone() };
+        let run = RunContext {
+            threads,
+            ..self.run.clone()
+        };
         Ok(self.stage.adapter.render(request, &run)?)
     }
 
     /// What a frame changes of its ground, in the order in which it is laid.
-    fn patches(
-        &self,
-        ground: &PeriodGround,
-        number: u32,
-        layers: &mut Layers,
-    ) -> Vec<Patch> {
+    fn patches(&self, ground: &PeriodGround, number: u32, layers: &mut Layers) -> Vec<Patch> {
         let mut patches = Vec::new();
-        let mut take = |pass| layers.remove(&(pass, number)).unwrap_or_default().into_iter();
+        let mut take = |pass| {
+            layers
+                .remove(&(pass, number))
+                .unwrap_or_default()
+                .into_iter()
+        };
         if let Some(layer) = take(Pass::Whole).next() {
             let depth = take(Pass::WholeDepth).next().and_then(|l| l.depth);
             patches.push(Patch {
@@ -357,8 +392,9 @@ impl Execution<'_> {
         }
         if let Some(decor) = &ground.decor {
             let antialiased = self.antialias().is_some() && self.has_coverage(number);
-            let depths: HashMap<Window, Layer> =
-                take(Pass::FastDepth).map(|layer| (layer.window, layer)).collect();
+            let depths: HashMap<Window, Layer> = take(Pass::FastDepth)
+                .map(|layer| (layer.window, layer))
+                .collect();
             for fast in take(Pass::Fast) {
                 if let Some(depth) = depths.get(&fast.window) {
                     patches.push(merge(decor, &fast, depth, antialiased));
@@ -373,7 +409,11 @@ impl Execution<'_> {
                     let from = layer.index(window.x, y);
                     colour[from..from + window.width as usize].iter().copied()
                 });
-                patches.push(Patch { window, colour: part.collect(), depth: None });
+                patches.push(Patch {
+                    window,
+                    colour: part.collect(),
+                    depth: None,
+                });
             }
         }
         patches
@@ -384,7 +424,12 @@ impl Execution<'_> {
         self.stage.adapter.abilities().coverage && !self.stage.surroundings(&state).sky_on_objects
     }
 
-    fn write(&self, ground: &PeriodGround, number: u32, patches: &[Patch]) -> Result<(), RenderError> {
+    fn write(
+        &self,
+        ground: &PeriodGround,
+        number: u32,
+        patches: &[Patch],
+    ) -> Result<(), RenderError> {
         let path = self.options.out.join(name(number, self.options.format));
         let encoder = self.encoder();
         if patches.is_empty() {
@@ -420,11 +465,14 @@ fn grouped(shots: Vec<LayerShot>) -> Vec<Vec<LayerShot>> {
 }
 
 fn only(layers: Vec<Layer>) -> Result<Layer, AdapterError> {
-    layers.into_iter().next().ok_or_else(|| AdapterError::BadOutput {
-        program: "the renderer".into(),
-        file: "the décor".into(),
-        reason: "it is missing".into(),
-    })
+    layers
+        .into_iter()
+        .next()
+        .ok_or_else(|| AdapterError::BadOutput {
+            program: "the renderer".into(),
+            file: "the décor".into(),
+            reason: "it is missing".into(),
+        })
 }
 
 /// The result of a thread; its panic goes on in this one.

@@ -147,7 +147,10 @@ pub fn render(
         cancel: Arc::clone(&options.cancel),
         tally: Arc::clone(&tally),
     };
-    let jobs = options.jobs.unwrap_or_else(|| stage.adapter.abilities().jobs).max(1);
+    let jobs = options
+        .jobs
+        .unwrap_or_else(|| stage.adapter.abilities().jobs)
+        .max(1);
     let execution = chunk::Execution {
         stage,
         plan,
@@ -185,9 +188,14 @@ impl WorkFolder {
         match keep {
             Some(path) => {
                 let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-                std::fs::create_dir_all(&path)
-                    .map_err(|source| RenderError::Folder { path: path.clone(), source })?;
-                Ok(Self { path, _temporary: None })
+                std::fs::create_dir_all(&path).map_err(|source| RenderError::Folder {
+                    path: path.clone(),
+                    source,
+                })?;
+                Ok(Self {
+                    path,
+                    _temporary: None,
+                })
             }
             None => {
                 let folder = tempfile::Builder::new().prefix("decor-").tempdir();
@@ -195,7 +203,10 @@ impl WorkFolder {
                     path: std::env::temp_dir(),
                     source,
                 })?;
-                Ok(Self { path: temporary.path().to_owned(), _temporary: Some(temporary) })
+                Ok(Self {
+                    path: temporary.path().to_owned(),
+                    _temporary: Some(temporary),
+                })
             }
         }
     }

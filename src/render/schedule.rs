@@ -104,7 +104,10 @@ impl Queue {
             if state.next_period >= self.periods && state.open == 0 {
                 return None;
             }
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = self
+                .changed
+                .wait(state)
+                .unwrap_or_else(PoisonError::into_inner);
         }
     }
 
@@ -121,7 +124,10 @@ impl Queue {
                 return Err(error);
             }
         };
-        let open = Arc::new(Open { ground, chunks_left: AtomicUsize::new(chunks.len()) });
+        let open = Arc::new(Open {
+            ground,
+            chunks_left: AtomicUsize::new(chunks.len()),
+        });
         let mut state = self.lock();
         for frames in chunks {
             state.chunks.push_back((Arc::clone(&open), frames));

@@ -14,7 +14,10 @@ pub struct Slot<'a>(&'a Slots);
 impl Slots {
     /// So many calls at once.
     pub fn new(count: usize) -> Self {
-        Self { free: Mutex::new(count.max(1)), changed: Condvar::new() }
+        Self {
+            free: Mutex::new(count.max(1)),
+            changed: Condvar::new(),
+        }
     }
 
     /// Waits for a free slot.
@@ -22,7 +25,10 @@ impl Slots {
         // A count is whole at every moment: a panic elsewhere did not spoil it.
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         while *free == 0 {
-            free = self.changed.wait(free).unwrap_or_else(PoisonError::into_inner);
+            free = self
+                .changed
+                .wait(free)
+                .unwrap_or_else(PoisonError::into_inner);
         }
         *free -= 1;
         Slot(self)

@@ -104,7 +104,10 @@ pub struct Clock {
 impl Clock {
     /// Begins to measure.
     pub fn start() -> Self {
-        Self { wall: Instant::now(), cpu_s: cpu_s() }
+        Self {
+            wall: Instant::now(),
+            cpu_s: cpu_s(),
+        }
     }
 
     /// Seconds on the clock since then.
@@ -121,7 +124,8 @@ impl Clock {
 fn cpu_s() -> f64 {
     let of = |who| {
         getrusage(who).map_or(0.0, |usage| {
-            let seconds = |t: nix::sys::time::TimeVal| t.tv_sec() as f64 + t.tv_usec() as f64 * 1e-6;
+            let seconds =
+                |t: nix::sys::time::TimeVal| t.tv_sec() as f64 + t.tv_usec() as f64 * 1e-6;
             seconds(usage.user_time()) + seconds(usage.system_time())
         })
     };

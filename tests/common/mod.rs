@@ -8,7 +8,9 @@ use assert_cmd::Command;
 
 /// A bundled film.
 pub fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fixtures")
+        .join(name)
 }
 
 /// A call of the program.
@@ -25,7 +27,10 @@ impl Run {
     /// The program with these arguments, and nothing of the user's own around.
     pub fn new<I: IntoIterator<Item = S>, S: AsRef<OsStr>>(args: I) -> Self {
         let mut command = Command::cargo_bin("decor").expect("the program was built");
-        command.args(args).env("NO_COLOR", "1").env_remove("DECOR_LOG");
+        command
+            .args(args)
+            .env("NO_COLOR", "1")
+            .env_remove("DECOR_LOG");
         Self(command)
     }
 
@@ -73,17 +78,23 @@ impl Ended {
 /// A PNG's pixels as integers, and its size.
 pub fn pixels(path: &Path) -> (u32, u32, Vec<[u16; 3]>) {
     let file = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file))
+        .read_info()
+        .unwrap();
     let mut data = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut data).unwrap();
     let channels = info.color_type.samples();
     let values: Vec<u16> = match info.bit_depth {
-        png::BitDepth::Sixteen => {
-            data.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]])).collect()
-        }
+        png::BitDepth::Sixteen => data
+            .chunks_exact(2)
+            .map(|b| u16::from_be_bytes([b[0], b[1]]))
+            .collect(),
         _ => data.iter().map(|&b| u16::from(b)).collect(),
     };
-    let pixels = values.chunks_exact(channels).map(|p| [p[0], p[1], p[2]]).collect();
+    let pixels = values
+        .chunks_exact(channels)
+        .map(|p| [p[0], p[1], p[2]])
+        .collect();
     (info.width, info.height, pixels)
 }
 
@@ -93,5 +104,9 @@ pub fn differing_pixels(a: &Path, b: &Path) -> Vec<(u32, u32)> {
     let (other_width, other_height, right) = pixels(b);
     assert_eq!((width, height), (other_width, other_height));
     let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    places.zip(left.iter().zip(&right)).filter(|(_, (a, b))| a != b).map(|(p, _)| p).collect()
+    places
+        .zip(left.iter().zip(&right))
+        .filter(|(_, (a, b))| a != b)
+        .map(|(p, _)| p)
+        .collect()
 }

@@ -41,6 +41,7 @@ use decor_api::{
 
 pub use crate::call::LayerSource;
 use crate::call::{Folder, LayerCall, fixed_switches, fragments};
+pub use crate::number::number;
 use crate::scene_text::{Framing, Numbering, Writer, switches};
 use crate::sources::{Library, LibraryWords};
 
