@@ -1,6 +1,6 @@
 //! `decor convert`: from one form of a film to the other.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -33,6 +33,15 @@ pub fn run(args: &ConvertArgs) -> Result<Status, Failure> {
         )));
     };
     let film = film::read(&args.from, args.allow_outside).map_err(Failure::input)?;
+    let folder = args.to.parent().unwrap_or(Path::new(""));
+    if std::path::absolute(folder).ok().as_deref() != Some(film.folder()) {
+        // The paths in a film are relative to where it lies.
+        eprintln!(
+            "decor: {} names objects relative to {}: it belongs there",
+            args.to.display(),
+            film.folder().display()
+        );
+    }
     write_safely(&args.to, form.write(&film).as_bytes())?;
     Ok(Status::Done)
 }

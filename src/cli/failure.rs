@@ -7,6 +7,7 @@ use std::path::Path;
 use decor_api::AdapterError;
 use miette::Diagnostic;
 
+use crate::animation::AnimationError;
 use crate::frames::WriteError;
 use crate::plan::PlanError;
 use crate::render::RenderError;
@@ -211,6 +212,12 @@ impl From<PlanError> for Failure {
 
 impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Self {
+        Self::of_error(Status::Write, error)
+    }
+}
+
+impl From<AnimationError> for Failure {
+    fn from(error: AnimationError) -> Self {
         Self::of_error(Status::Write, error)
     }
 }

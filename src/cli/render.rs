@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
 use super::progress::Progress;
 use super::{Failure, Status, print_json};
+use crate::animation::write_apng;
 use crate::frames::{name, write_safely};
 use crate::plan::{Mode, plan};
 use crate::render::{Options, TracedPixels, WorkFolder, render};
@@ -43,6 +44,13 @@ pub struct RenderArgs {
     /// Calls of the renderer at once [default: chosen].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    /// Write the frames as an animated PNG, too.
+    #[arg(long, value_name = "FILE")]
+    apng: Option<PathBuf>,
+    /// Frames a second of the animated PNG.
+    #[arg(long, value_name = "N", default_value_t = 12, requires = "apng",
+          value_parser = clap::value_parser!(u16).range(1..))]
+    fps: u16,
     /// Keep the frames of an interrupted run of the same job.
     #[arg(long)]
     resume: bool,
@@ -93,6 +101,9 @@ struct FrameLine<'a> {
 
 /// Runs the verb.
 pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
+    if args.apng.is_some() && args.format == Format::Exr {
+        return Err(Failure::usage("--apng is made of PNG frames: leave out --format exr"));
+    }
     let clock = Clock::start();
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
@@ -104,6 +115,12 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
     };
     let text = serde_json::to_string_pretty(&summary).map_err(Failure::internal)? + "\n";
     write_safely(&args.out.join("decor.json"), text.as_bytes())?;
+    if let Some(path) = &args.apng {
+        let format = args.format.picture();
+        let files: Vec<PathBuf> =
+            (frames.0..=frames.1).map(|n| args.out.join(name(n, format))).collect();
+        write_apng(&files, path, args.fps)?;
+    }
     if args.json {
         print_json(&summary)?;
     } else if !quiet {

@@ -135,7 +135,7 @@ pub fn tree(file: &NativeFile, library: &Library) -> Tree {
 /// Collects, for each `#declare`, `#local` and `#macro`, the words up to the
 /// next one: more than belongs to it, never less, but for nested declarations,
 /// whose words count for both.
-pub fn definitions(text: &[u8], into: &mut HashMap<String, HashSet<String>>) {
+pub fn definitions(text: &[u8], into: &mut Definitions) {
     let mut current: Vec<String> = Vec::new();
     let found = tokens(text);
     let mut blocks = 0_usize;
@@ -183,15 +183,18 @@ pub fn definitions(text: &[u8], into: &mut HashMap<String, HashSet<String>>) {
     }
 }
 
+/// The words that stand in the definition of each identifier of a file.
+pub type Definitions = HashMap<String, HashSet<String>>;
+
 /// Definitions of library files, read once.
 #[derive(Debug, Default)]
 pub struct LibraryWords {
-    known: Mutex<HashMap<PathBuf, Arc<HashMap<String, HashSet<String>>>>>,
+    known: Mutex<HashMap<PathBuf, Arc<Definitions>>>,
 }
 
 impl LibraryWords {
     /// The definitions of `path` and of the library files that it includes.
-    pub fn of(&self, path: &Path, library: &Library) -> Arc<HashMap<String, HashSet<String>>> {
+    pub fn of(&self, path: &Path, library: &Library) -> Arc<Definitions> {
         if let Some(known) = self.lock().get(path) {
             return Arc::clone(known);
         }
@@ -218,9 +221,7 @@ impl LibraryWords {
         words
     }
 
-    fn lock(
-        &self,
-    ) -> std::sync::MutexGuard<'_, HashMap<PathBuf, Arc<HashMap<String, HashSet<String>>>>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<PathBuf, Arc<Definitions>>> {
         // The map is whole at every moment: a panic elsewhere did not spoil it.
         self.known
             .lock()

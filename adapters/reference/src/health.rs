@@ -78,7 +78,7 @@ pub(crate) fn sphere_is_where_it_should_be(
         }
         if chord > 0.0 {
             let expected = AWAY * cosine - chord.sqrt();
-            worst = worst.max((f64::from(depth) - expected).abs());
+            worst = worst.max((depth - expected).abs());
         }
     }
     if worst < 1e-6 {

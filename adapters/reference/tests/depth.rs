@@ -19,9 +19,9 @@ fn assert_depth(stage: &Stage, expected: impl Fn(DVec3) -> f64) {
             let (px, py) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
             let direction = stage.scene.camera.direction(size, px, py).normalize();
             let want = expected(direction);
-            let got = f64::from(depth[layer.index(x, y)]);
+            let got = depth[layer.index(x, y)];
             let (absolute, relative) = layer.depth_quantum;
-            let quantum = f64::from(absolute) + f64::from(relative) * want;
+            let quantum = absolute + relative * want;
             if want.is_finite() {
                 hits += 1;
                 assert!(

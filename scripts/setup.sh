@@ -1,0 +1,47 @@
+# Sourced by the scripts beside it: installs what is missing, says what, and
+# never asks. Not a program of its own.
+
+# Finds the package manager's way to install Debian packages, if there is one.
+as_root() {
+    if [ "$(id -u)" = 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
+        sudo -n "$@"
+    else
+        return 1
+    fi
+}
+
+# install_packages NAME…: 0 where all of them are there afterwards.
+install_packages() {
+    command -v apt-get >/dev/null || return 1
+    echo "decor: installing $* with apt-get" >&2
+    as_root apt-get update -qq >/dev/null 2>&1 || true
+    as_root env DEBIAN_FRONTEND=noninteractive \
+        apt-get install -y -qq --no-install-recommends "$@" >/dev/null 2>&1
+}
+
+# POV-Ray, from the system's packages. 1 where it cannot be had.
+ensure_povray() {
+    if [ -n "${DECOR_POVRAY:-}" ] || command -v povray >/dev/null; then
+        return 0
+    fi
+    install_packages povray povray-includes && command -v povray >/dev/null
+}
+
+# A C compiler: some crates build C.
+ensure_compiler() {
+    command -v cc >/dev/null || install_packages gcc libc6-dev
+}
+
+# The Rust toolchain is the one thing that is expected to be there.
+ensure_cargo() {
+    if ! command -v cargo >/dev/null && [ -x "$HOME/.cargo/bin/cargo" ]; then
+        PATH="$HOME/.cargo/bin:$PATH"
+        export PATH
+    fi
+    if ! command -v cargo >/dev/null; then
+        echo "decor: cargo was not found: install Rust first" >&2
+        return 1
+    fi
+}
