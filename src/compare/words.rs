@@ -143,9 +143,9 @@ fn decibels(psnr: f64) -> String {
 
 fn depth_words(depth: &DepthMetrics) -> String {
     let mut words = format!(
-        "depth: largest difference {} ({:.4} % of it), {} pixels differ",
+        "depth: largest difference {:.2e} ({:.1e} of it), {} pixels differ",
         depth.max_absolute,
-        100.0 * depth.max_relative,
+        depth.max_relative,
         depth.unequal,
     );
     if depth.surface_in_one > 0 {
