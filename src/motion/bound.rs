@@ -404,7 +404,10 @@ fn apart(m: &Columns, near: [f64; 2], lens: &Lens) -> f64 {
     };
     let (e0, a0) = ellipse(m.c0, m.r0, near[0], lens.before);
     let (e1, a1) = ellipse(m.c1, m.r1, near[1], lens.after);
-    let focal = larger(larger(lens.before[0], lens.before[1]), larger(lens.after[0], lens.after[1]));
+    let focal = larger(
+        larger(lens.before[0], lens.before[1]),
+        larger(lens.after[0], lens.after[1]),
+    );
     let rounding = TERM * (magnitude(e0) + magnitude(e1)) + m.error * focal;
     magnitude([e1[0] - e0[0], e1[1] - e0[1]]) + a0 + a1 + rounding
 }

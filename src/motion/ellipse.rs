@@ -222,7 +222,7 @@ mod tests {
             panic!()
         };
         assert_eq!(e.centre, DVec2::ZERO);
-        assert_eq!((e.semi_major, e.semi_minor), (0.75, 0.75));
+        assert!((e.semi_major - 0.75).abs() < 1e-15 && (e.semi_minor - 0.75).abs() < 1e-15);
     }
 
     #[test]

@@ -8,11 +8,14 @@
 //! No decision is made here: that is the segmentation's.
 
 pub mod bound;
+pub mod clip;
 pub mod ellipse;
 mod relative;
 mod screen;
+pub mod thesis_clip;
 
 pub use bound::{bound_orthographic_px, bound_px, bounds_px};
+pub use clip::{Frustum, Sighting, first_in_view};
 pub use ellipse::{Ellipse, Projection, Screen, project_sphere, project_sphere_orthographic};
 pub use relative::{Lenses, ObserverMotion, RelativeMotion};
 pub use screen::{ScreenBox, screen_box};
