@@ -49,6 +49,7 @@
 pub mod animation;
 pub mod cli;
 pub mod compare;
+pub mod explain;
 pub mod film;
 pub mod frames;
 pub mod layer;

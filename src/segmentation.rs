@@ -1,20 +1,62 @@
 //! The segmentation: for every object of a period, its class and why.
 //!
-//! Thesis, III-2. This is its first cut: what does not move at all, and the
-//! rest.
+//! Thesis, III-2. An object that cannot be judged with certainty is `Fast`: to
+//! render it in vain is better than to keep an error.
 
+use std::collections::HashMap;
 use std::fmt;
 
+use decor_api::{Bounds, Size, Sphere};
+use rayon::prelude::*;
+use serde::Serialize;
+
 use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::motion::{self, Lenses, ObserverMotion, Projection, Sighting};
 
 /// The answers of the segmentation (thesis: IMMOBILE, CLIPPE, LENT, RAPIDE).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
     /// Does not move relative to the observer, the lights and the environment.
     Immobile,
-    /// Moves, and has to be rendered in every frame.
+    /// Never in view during the period.
+    Clipped,
+    /// Moves in the picture by the threshold at most.
+    Slow,
+    /// Moves farther, or nobody knows how far: rendered in every frame.
     Fast,
+}
+
+impl Class {
+    /// All of them, in order.
+    pub const ALL: [Self; 4] = [Self::Immobile, Self::Clipped, Self::Slow, Self::Fast];
+
+    /// Is the object part of the décor?
+    pub fn in_decor(self) -> bool {
+        self != Self::Fast
+    }
+}
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Immobile => "immobile",
+            Self::Clipped => "clipped",
+            Self::Slow => "slow",
+            Self::Fast => "fast",
+        })
+    }
+}
+
+/// Which measure of motion decides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measure {
+    /// The closed bound: never below the true motion.
+    #[default]
+    Bound,
+    /// The thesis's own (chapter II): usually tighter, not always above.
+    Thesis,
 }
 
 /// Why an object has its class.
@@ -22,8 +64,40 @@ pub enum Class {
 pub enum Reason {
     /// Same pose in every frame of the period, and so is all around it.
     Still,
-    /// Its pose changes for the first time in this frame.
-    Moves {
+    /// It has no surface.
+    Empty,
+    /// Its sphere stays out of view.
+    OutOfView,
+    /// Moves by so many pixels, not more than the threshold.
+    MovesLittle {
+        /// Pixels.
+        moved_px: f64,
+        /// Pixels.
+        threshold_px: f64,
+    },
+    /// Moves by so many pixels, more than the threshold.
+    MovesFar {
+        /// Pixels.
+        moved_px: f64,
+        /// Pixels.
+        threshold_px: f64,
+        /// The frame that it was measured to.
+        frame: u32,
+    },
+    /// The observer is inside of its sphere.
+    ObserverInside {
+        /// The frame.
+        frame: u32,
+    },
+    /// The picture of its sphere has no end.
+    UnboundedEllipse {
+        /// The frame.
+        frame: u32,
+    },
+    /// It has no end, and it or the observer moves.
+    Endless,
+    /// It is out of view at first, and enters it.
+    EntersView {
         /// The frame.
         frame: u32,
     },
@@ -37,7 +111,7 @@ pub enum Reason {
         /// The frame.
         frame: u32,
     },
-    /// The observer, a light, the background or the sky changes.
+    /// A light, the background, the sky or the opening of the view changes.
     SurroundingsChange,
 }
 
@@ -45,12 +119,43 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Still => write!(f, "does not move"),
-            Self::Moves { frame } => write!(f, "moves in frame {frame}"),
+            Self::Empty => write!(f, "has no surface"),
+            Self::OutOfView => write!(f, "stays out of view"),
+            Self::MovesLittle { moved_px, threshold_px } => {
+                write!(f, "moved {} px ≤ {} px", short(*moved_px), short(*threshold_px))
+            }
+            Self::MovesFar { moved_px, threshold_px, frame } => write!(
+                f,
+                "moved {} px > {} px until frame {frame}",
+                short(*moved_px),
+                short(*threshold_px)
+            ),
+            Self::ObserverInside { frame } => write!(f, "observer inside in frame {frame}"),
+            Self::UnboundedEllipse { frame } => write!(f, "unbounded ellipse in frame {frame}"),
+            Self::Endless => write!(f, "has no end, and does not stay in place"),
+            Self::EntersView { frame } => write!(f, "enters the view in frame {frame}"),
             Self::Changes { frame } => write!(f, "has another description in frame {frame}"),
             Self::Absent { frame } => write!(f, "is not there in frame {frame}"),
             Self::SurroundingsChange => {
-                write!(f, "the observer, a light or the background changes")
+                write!(f, "a light, the background or the opening of the view changes")
             }
+        }
+    }
+}
+
+/// A number of pixels for people: three digits.
+fn short(px: f64) -> String {
+    if px == 0.0 {
+        "0".into()
+    } else if px.abs() < 1e-3 || px.abs() >= 1e5 {
+        format!("{px:.1e}")
+    } else {
+        let digits = (2 - px.abs().log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{px:.digits$}");
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
         }
     }
 }
@@ -64,98 +169,253 @@ pub struct Segmented {
     pub class: Class,
     /// Why.
     pub reason: Reason,
+    /// How far it moves in the picture during the period, in pixels; +∞ where
+    /// that is unbounded. Of a fast object it is one of its motions, not the
+    /// largest.
+    pub motion_px: f64,
 }
 
-/// Is everything around the objects the same in both frames?
-pub fn same_surroundings(a: &FrameState<'_>, b: &FrameState<'_>) -> bool {
-    a.camera == b.camera
-        && a.lights == b.lights
+/// By what objects are judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rule {
+    /// An object may move so far, in pixels, and stay in the décor.
+    pub threshold_px: f64,
+    /// Which measure decides.
+    pub measure: Measure,
+    /// The size of the picture.
+    pub size: Size,
+}
+
+/// Is everything around the objects the same in both frames, the observer's
+/// place and view aside?
+pub fn same_environment(a: &FrameState<'_>, b: &FrameState<'_>) -> bool {
+    a.lights == b.lights
         && a.shadows == b.shadows
         && a.background == b.background
         && a.sky == b.sky
         && a.antialias == b.antialias
 }
 
-/// The segmentation of a period whose surroundings do not change: the classes
-/// of all objects that any of its frames has, in the order of their numbers.
-/// `frames` gives the period's frames in order; every one of them is looked at.
-pub fn segment<'f>(frames: impl Iterator<Item = FrameState<'f>>) -> Vec<Segmented> {
-    let mut known: std::collections::BTreeMap<ObjectId, Track> = std::collections::BTreeMap::new();
-    let mut first = None;
-    let mut previous = None;
-    for (count, state) in frames.enumerate() {
-        let start = *first.get_or_insert(state.number);
+/// The segmentation of a period: the classes of all objects that any of its
+/// frames has, in the order of their numbers. Every frame is looked at.
+/// `bounds` gives what encloses an object, in its own coordinates. The result
+/// does not depend on the number of threads.
+pub fn segment<B>(frames: &[FrameState<'_>], bounds: B, rule: &Rule) -> Vec<Segmented>
+where
+    B: Fn(&ObjectState<'_>) -> Bounds + Sync,
+{
+    let Some(first) = frames.first() else { return Vec::new() };
+    let judge = Judge::new(frames, rule);
+    let present: Vec<Segmented> = first
+        .objects
+        .par_iter()
+        .enumerate()
+        .map(|(index, object)| judge.judge(index, object, bounds(object)))
+        .collect();
+    let mut all = present;
+    // What comes later is not in the décor.
+    let mut known: std::collections::HashSet<ObjectId> =
+        first.objects.iter().map(|object| object.id).collect();
+    for state in &frames[1..] {
         for object in &state.objects {
-            let track = known.entry(object.id).or_insert_with(|| Track {
-                reference: Reference::of(object),
-                seen: 0,
-                reason: (count > 0).then_some(Reason::Absent { frame: start }),
-            });
-            if track.reason.is_none() && track.seen < count {
-                // It was away in between: the frame before this one at the latest.
-                track.reason = Some(Reason::Absent {
-                    frame: previous.unwrap_or(start),
-                });
-            }
-            if track.reason.is_none() {
-                track.reason = track.reference.change(object, state.number);
-            }
-            track.seen = count + 1;
-        }
-        for track in known.values_mut() {
-            if track.seen == count && track.reason.is_none() && count > 0 {
-                track.reason = Some(Reason::Absent {
-                    frame: state.number,
+            if known.insert(object.id) {
+                all.push(Segmented {
+                    object: object.id,
+                    class: Class::Fast,
+                    reason: Reason::Absent { frame: first.number },
+                    motion_px: f64::INFINITY,
                 });
             }
         }
-        previous = Some(state.number);
     }
-    known
-        .into_iter()
-        .map(|(object, track)| match track.reason {
-            None => Segmented {
-                object,
-                class: Class::Immobile,
-                reason: Reason::Still,
-            },
-            Some(reason) => Segmented {
-                object,
-                class: Class::Fast,
-                reason,
-            },
-        })
-        .collect()
+    all.sort_by_key(|segmented| segmented.object);
+    all
 }
 
-struct Track {
-    reference: Reference,
-    /// Frames up to and with the last one that had it.
-    seen: usize,
-    reason: Option<Reason>,
+/// What all objects of a period are judged with.
+struct Judge<'a, 'f> {
+    frames: &'a [FrameState<'f>],
+    rule: &'a Rule,
+    /// The observer's motion from the first frame to each.
+    observer: Vec<(ObserverMotion, Lenses)>,
+    /// Does the observer stay, all the time?
+    observer_stays: bool,
+    /// Does the environment stay?
+    environment_stays: bool,
+    /// Where frames list their objects in another order than the first.
+    places: Vec<Option<HashMap<ObjectId, usize>>>,
 }
 
-#[derive(Clone, Copy)]
-struct Reference {
-    pose: decor_api::Pose,
-    description: crate::film::DescriptionId,
-}
-
-impl Reference {
-    fn of(object: &ObjectState<'_>) -> Self {
+impl<'a, 'f> Judge<'a, 'f> {
+    fn new(frames: &'a [FrameState<'f>], rule: &'a Rule) -> Self {
+        let first = &frames[0];
+        let observer = frames
+            .iter()
+            .map(|state| {
+                (
+                    ObserverMotion::between(&first.camera, &state.camera),
+                    Lenses::between(&first.camera, &state.camera, rule.size),
+                )
+            })
+            .collect();
+        let same_order = |state: &FrameState<'_>| {
+            state.objects.len() == first.objects.len()
+                && state.objects.iter().zip(&first.objects).all(|(a, b)| a.id == b.id)
+        };
+        let places = frames
+            .iter()
+            .map(|state| {
+                (!same_order(state)).then(|| {
+                    state.objects.iter().enumerate().map(|(k, object)| (object.id, k)).collect()
+                })
+            })
+            .collect();
         Self {
-            pose: object.pose,
-            description: object.description,
+            frames,
+            rule,
+            observer,
+            observer_stays: frames.iter().all(|state| state.camera == first.camera),
+            environment_stays: frames.iter().all(|state| same_environment(first, state)),
+            places,
         }
     }
 
-    fn change(&self, object: &ObjectState<'_>, frame: u32) -> Option<Reason> {
-        if self.description != object.description {
-            Some(Reason::Changes { frame })
-        } else if self.pose != object.pose {
-            Some(Reason::Moves { frame })
-        } else {
-            None
+    /// The object in frame `k` of the period.
+    fn find(&self, k: usize, index: usize, id: ObjectId) -> Option<&'a ObjectState<'f>> {
+        let place = match &self.places[k] {
+            None => index,
+            Some(places) => *places.get(&id)?,
+        };
+        self.frames[k].objects.get(place)
+    }
+
+    fn judge(&self, index: usize, object: &ObjectState<'f>, bounds: Bounds) -> Segmented {
+        let of = |class: Class, reason: Reason, motion_px: f64| Segmented {
+            object: object.id,
+            class,
+            reason,
+            motion_px,
+        };
+        if !self.environment_stays {
+            return of(Class::Fast, Reason::SurroundingsChange, f64::INFINITY);
+        }
+        let mut still = true;
+        for (k, state) in self.frames.iter().enumerate().skip(1) {
+            let Some(now) = self.find(k, index, object.id) else {
+                return of(Class::Fast, Reason::Absent { frame: state.number }, f64::INFINITY);
+            };
+            if now.description != object.description {
+                return of(Class::Fast, Reason::Changes { frame: state.number }, f64::INFINITY);
+            }
+            still &= now.pose == object.pose;
+        }
+        if still && self.observer_stays {
+            return of(Class::Immobile, Reason::Still, 0.0);
+        }
+        match bounds {
+            Bounds::Empty => of(Class::Clipped, Reason::Empty, 0.0),
+            Bounds::Unbounded => of(Class::Fast, Reason::Endless, f64::INFINITY),
+            Bounds::Sphere(sphere) => {
+                let (class, reason, motion_px) = self.judge_sphere(index, object, &sphere);
+                of(class, reason, motion_px)
+            }
+        }
+    }
+
+    fn judge_sphere(
+        &self,
+        index: usize,
+        object: &ObjectState<'f>,
+        sphere: &Sphere,
+    ) -> (Class, Reason, f64) {
+        let poses = || {
+            (0..self.frames.len()).filter_map(|k| {
+                let pose = self.find(k, index, object.id)?.pose;
+                Some(Sighting { camera: self.frames[k].camera, pose })
+            })
+        };
+        let seen = motion::first_in_view(poses(), sphere, self.rule.size);
+        let Some(seen) = seen else {
+            return (Class::Clipped, Reason::OutOfView, 0.0);
+        };
+        // The end is where a motion is largest, as a rule: what is fast is found
+        // out there, and only what seems slow is measured frame by frame.
+        let last = self.frames.len() - 1;
+        let mut largest = 0.0_f64;
+        for k in std::iter::once(last).chain(1..last) {
+            let Some(now) = self.find(k, index, object.id) else { continue };
+            let (observer, lenses) = &self.observer[k];
+            let relative = observer.of(&object.pose, &now.pose, sphere);
+            let moved_px = match self.rule.measure {
+                Measure::Bound => motion::bound_px(&relative, lenses),
+                Measure::Thesis => motion::bound_px(&relative, lenses), // TODO-THESIS
+            };
+            // Not certain means fast: a comparison with NaN is never true.
+            let is_slow = moved_px <= self.rule.threshold_px;
+            if !is_slow {
+                let reason = self.why_fast(k, &relative, seen, moved_px);
+                let moved_px = if moved_px.is_nan() { f64::INFINITY } else { moved_px };
+                return (Class::Fast, reason, moved_px);
+            }
+            largest = largest.max(moved_px);
+        }
+        let reason =
+            Reason::MovesLittle { moved_px: largest, threshold_px: self.rule.threshold_px };
+        (Class::Slow, reason, largest)
+    }
+
+    fn why_fast(
+        &self,
+        k: usize,
+        relative: &motion::RelativeMotion,
+        seen: usize,
+        moved_px: f64,
+    ) -> Reason {
+        let number = |k: usize| self.frames[k].number;
+        if moved_px.is_finite() {
+            if seen > 0 {
+                return Reason::EntersView { frame: number(seen) };
+            }
+            return Reason::MovesFar {
+                moved_px,
+                threshold_px: self.rule.threshold_px,
+                frame: number(k),
+            };
+        }
+        for (centre, frame) in
+            [(relative.centre_before, number(0)), (relative.centre_after, number(k))]
+        {
+            let radius = relative.radius;
+            if centre.length() <= radius {
+                return Reason::ObserverInside { frame };
+            }
+            if motion::project_sphere(centre, radius) == Projection::Unbounded {
+                return Reason::UnboundedEllipse { frame };
+            }
+        }
+        if seen > 0 {
+            return Reason::EntersView { frame: number(seen) };
+        }
+        Reason::UnboundedEllipse { frame: number(k) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_pixels_have_three_digits() {
+        for (px, text) in [
+            (0.0, "0"),
+            (1.0, "1"),
+            (3.2, "3.2"),
+            (0.25, "0.25"),
+            (12.345, "12.3"),
+            (1234.5, "1234"),
+            (1e-9, "1.0e-9"),
+        ] {
+            assert_eq!(short(px), text);
         }
     }
 }

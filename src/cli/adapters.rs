@@ -36,17 +36,17 @@ pub fn run(args: &AdaptersArgs) -> Result<Status, Failure> {
             continue;
         }
         match abilities {
-            None => println!("{}: not found", entry.name),
+            None => say!("{}: not found", entry.name),
             Some(a) => {
                 let yes = |b: bool| if b { "yes" } else { "no" };
-                println!("{} {}", entry.name, a.version);
-                println!(
+                say!("{} {}", entry.name, a.version);
+                say!(
                     "  CSG {}, shadows {}, mirrors and glass {}",
                     yes(a.csg),
                     yes(a.shadows),
                     yes(a.optics)
                 );
-                println!(
+                say!(
                     "  fragments: {}",
                     if a.fragments.is_empty() {
                         "none".into()
@@ -54,17 +54,17 @@ pub fn run(args: &AdaptersArgs) -> Result<Status, Failure> {
                         a.fragments.join(", ")
                     }
                 );
-                println!(
+                say!(
                     "  blocks of a picture alone {}, coverage {}",
                     yes(a.block_mask),
                     yes(a.coverage)
                 );
-                println!(
+                say!(
                     "  hidden casters {}, list of rays {}",
                     yes(a.hidden_casters),
                     yes(a.ray_list)
                 );
-                println!("  {}", a.units);
+                say!("  {}", a.units);
             }
         }
     }

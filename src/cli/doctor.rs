@@ -32,7 +32,7 @@ pub fn run(args: &DoctorArgs) -> Result<Status, Failure> {
                         "error": error.to_string(), "install": entry.install,
                     }))?;
                 } else {
-                    println!("{}: {error}", entry.name);
+                    say!("{}: {error}", entry.name);
                 }
                 continue;
             }
@@ -54,7 +54,7 @@ pub fn run(args: &DoctorArgs) -> Result<Status, Failure> {
             }))?;
         } else {
             let program = health.program.map(|p| format!(" at {}", p.display()));
-            println!(
+            say!(
                 "{} {}{}",
                 entry.name,
                 health.version.unwrap_or_default(),
@@ -62,8 +62,8 @@ pub fn run(args: &DoctorArgs) -> Result<Status, Failure> {
             );
             for (what, result) in &health.checks {
                 match result {
-                    Ok(said) => println!("  ok    {what}: {said}"),
-                    Err(said) => println!("  FAIL  {what}: {said}"),
+                    Ok(said) => say!("  ok    {what}: {said}"),
+                    Err(said) => say!("  FAIL  {what}: {said}"),
                 }
             }
         }

@@ -12,6 +12,7 @@ use super::Failure;
 use crate::film::{self, Film};
 use crate::objects::Cache;
 use crate::plan::{Mode, Wishes};
+use crate::segmentation::Measure;
 use crate::stage::Stage;
 use crate::{render, renderers};
 
@@ -41,6 +42,13 @@ pub struct PlanWishes {
     /// What the frames promise [default: equivalent].
     #[arg(long, value_enum)]
     pub mode: Option<Mode>,
+    /// Objects may move so far in the picture, in pixels, and stay in the décor
+    /// [default: 0, 1, 4 by mode].
+    #[arg(long, value_name = "PX", value_parser = not_negative)]
+    pub threshold: Option<f64>,
+    /// Which measure of motion decides.
+    #[arg(long, value_enum, default_value_t = Measure::Bound)]
+    pub measure: Measure,
     /// Frames per décor: a number, or auto.
     #[arg(long, value_name = "N|auto", value_parser = period)]
     pub period: Option<Period>,
@@ -59,10 +67,18 @@ pub enum Period {
 }
 
 impl PlanWishes {
+    /// The threshold, as it was stated or by the mode.
+    fn threshold_px(&self, mode: Mode) -> f64 {
+        self.threshold.unwrap_or(mode.default_threshold_px())
+    }
+
     /// The wishes for some frames of a film.
     pub fn wishes(&self, frames: (u32, u32), with_depth: bool) -> Wishes {
+        let mode = self.mode.unwrap_or(Mode::Equivalent);
         Wishes {
-            mode: self.mode.unwrap_or(Mode::Equivalent),
+            mode,
+            threshold_px: self.threshold_px(mode),
+            measure: self.measure,
             period: match self.period {
                 Some(Period::Frames(n)) => Some(n),
                 _ => None,
@@ -99,6 +115,13 @@ fn frame_range(text: &str) -> Result<(u32, u32), String> {
                 Err(format!("{a} is after {b}"))
             }
         }
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        _ => Err("a number of pixels, at least 0".into()),
     }
 }
 

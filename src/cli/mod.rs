@@ -1,9 +1,19 @@
 //! The command line: one file per verb.
 
+/// Prints a line on stdout. A reader that went away wants no more of it: that
+/// is no reason to panic, as `println!` does.
+macro_rules! say {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout().lock(), $($words)*);
+    }};
+}
+
 mod adapters;
 mod compare;
 mod convert;
 mod doctor;
+mod explain;
 mod failure;
 mod film_args;
 mod manual;
@@ -40,6 +50,8 @@ enum Verb {
     Render(render::RenderArgs),
     /// Show what would be rendered, and what it would cost.
     Plan(plan::PlanArgs),
+    /// Explain why each object of a frame has its class.
+    Explain(explain::ExplainArgs),
     /// Compare two pictures, or two folders of frames.
     Compare(compare::CompareArgs),
     /// Turn a film from one form (.anim, .jsonl) into the other.
@@ -72,6 +84,7 @@ pub fn run() -> u8 {
     let result = match &cli.verb {
         Verb::Render(args) => render::run(args, cli.quiet),
         Verb::Plan(args) => plan::run(args),
+        Verb::Explain(args) => explain::run(args),
         Verb::Compare(args) => return compare::run(args, &mut std::io::stdout().lock()),
         Verb::Convert(args) => convert::run(args),
         Verb::Adapters(args) => adapters::run(args),

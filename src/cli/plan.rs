@@ -45,7 +45,7 @@ struct ObjectLine<'a> {
     name: &'a str,
     class: Class,
     reason: String,
-    /// Not measured yet where an object moves: it is rendered in every frame.
+    /// Pixels; null where the motion is unbounded.
     motion_px: Option<f64>,
 }
 
@@ -98,7 +98,7 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     };
     if args.json {
         for (period, price) in plan.periods.iter().zip(&prices) {
-            print_json(&line(&stage, period, *price))?;
+            print_json(&line(&stage, period, *price, plan.wishes.threshold_px))?;
         }
         print_json(&summary)?;
     } else {
@@ -107,11 +107,11 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     Ok(Status::Done)
 }
 
-fn line<'s>(stage: &'s Stage, period: &Period, price: Price) -> PeriodLine<'s> {
+fn line<'s>(stage: &'s Stage, period: &Period, price: Price, threshold_px: f64) -> PeriodLine<'s> {
     PeriodLine {
         start: period.start,
         length: period.len(),
-        threshold_px: 0.0,
+        threshold_px,
         predicted_wall_s: price.wall_s,
         predicted_cpu_s: price.cpu_s,
         whole: period.whole.as_ref().map(ToString::to_string),
@@ -122,7 +122,7 @@ fn line<'s>(stage: &'s Stage, period: &Period, price: Price) -> PeriodLine<'s> {
                 name: stage.film.identity(object.object).name(),
                 class: object.class,
                 reason: object.reason.to_string(),
-                motion_px: (object.class == Class::Immobile).then_some(0.0),
+                motion_px: object.motion_px.is_finite().then_some(object.motion_px),
             })
             .collect(),
     }
@@ -131,23 +131,19 @@ fn line<'s>(stage: &'s Stage, period: &Period, price: Price) -> PeriodLine<'s> {
 fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
     for (period, price) in plan.periods.iter().zip(prices) {
         let last = period.start + period.len() - 1;
-        println!(
+        say!(
             "frames {} to {last}: about {:.1} s",
             period.start, price.wall_s
         );
         if let Some(reason) = &period.whole {
-            println!("  rendered frame by frame: {reason}");
+            say!("  rendered frame by frame: {reason}");
         }
         for object in &period.objects {
             let name = stage.film.identity(object.object).name();
-            let class = match object.class {
-                Class::Immobile => "immobile",
-                Class::Fast => "fast",
-            };
-            println!("  {class:9} {name}: {}", object.reason);
+            say!("  {:9} {name}: {}", object.class, object.reason);
         }
     }
-    println!(
+    say!(
         "about {:.1} s in all, {:.1} s frame by frame by {}: {:.1} times faster (built-in costs)",
         summary.predicted_wall_s,
         summary.baseline_wall_s,

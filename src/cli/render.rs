@@ -36,7 +36,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Frame by frame by the stock renderer: one plain call over the film.
-    #[arg(long, conflicts_with_all = ["mode", "period", "jobs", "resume"])]
+    #[arg(long, conflicts_with_all = ["mode", "threshold", "period", "jobs", "resume"])]
     baseline: bool,
     /// The format of the frames.
     #[arg(long, value_enum, default_value_t = Format::Png)]
@@ -144,6 +144,7 @@ fn layered(
     )?;
     let mut summary = describe(args, stage, frames);
     summary.mode = plan.wishes.mode.to_string();
+    summary.threshold_px = plan.wishes.threshold_px;
     summary.periods = period_summaries(&plan);
     summary.fallback = plan.is_fallback();
     make_folder(&args.out)?;
@@ -282,9 +283,9 @@ fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
     let mode = args.wishes.mode.unwrap_or(Mode::Equivalent);
     let job = blake3::hash(
         format!(
-            "{} {mode} {:?} {}",
+            "{} {:?} {}",
             stage.key(),
-            args.wishes.period,
+            args.wishes.wishes(frames, args.format == Format::Exr),
             args.format.text()
         )
         .as_bytes(),

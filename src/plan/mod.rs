@@ -16,7 +16,7 @@ pub use blocks::BlockSet;
 pub use cost::{Costs, Price};
 pub use make::{PlanError, plan};
 
-use crate::segmentation::{Class, Segmented};
+use crate::segmentation::{Class, Measure, Segmented};
 
 /// What the frames promise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum, serde::Serialize)]
@@ -30,6 +30,18 @@ pub enum Mode {
     Equivalent,
     /// The plain merge: shadows stay inside each layer.
     Preview,
+}
+
+impl Mode {
+    /// How far objects may move in the picture and stay in a décor, in pixels,
+    /// where nobody says otherwise.
+    pub fn default_threshold_px(self) -> f64 {
+        match self {
+            Self::Full | Self::Exact => 0.0,
+            Self::Equivalent => 1.0,
+            Self::Preview => 4.0,
+        }
+    }
 }
 
 impl fmt::Display for Mode {
@@ -48,7 +60,11 @@ impl fmt::Display for Mode {
 pub struct Wishes {
     /// The promise.
     pub mode: Mode,
-    /// Frames per décor at most; `None`: as long as it holds.
+    /// Objects may move so far in the picture, in pixels, and stay in a décor.
+    pub threshold_px: f64,
+    /// Which measure of motion decides.
+    pub measure: Measure,
+    /// Frames per décor at most; `None`: as decor sees fit.
     pub period: Option<u32>,
     /// The first and last frame to render.
     pub frames: (u32, u32),
@@ -63,8 +79,12 @@ pub struct Wishes {
 pub enum WholeReason {
     /// The mode says so.
     Asked,
-    /// The observer, a light or the background changes in every frame.
+    /// A light, the background or the sky changes in every frame.
     SurroundingsChange,
+    /// The observer moves, and everything has to stay in place.
+    ObserverMoves,
+    /// The observer moves before a sky that would have to move with it.
+    SkyMoves,
     /// No object stays where it is.
     NothingStays,
     /// Something changes every pixel: what the renderer's files say.
@@ -80,11 +100,10 @@ impl fmt::Display for WholeReason {
         match self {
             Self::Asked => write!(f, "asked for"),
             Self::SurroundingsChange => {
-                write!(
-                    f,
-                    "the observer, a light or the background changes in every frame"
-                )
+                write!(f, "a light, the background or the sky changes in every frame")
             }
+            Self::ObserverMoves => write!(f, "the observer moves"),
+            Self::SkyMoves => write!(f, "the observer moves before a sky"),
             Self::NothingStays => write!(f, "no object stays where it is"),
             Self::Unconfined(what) => write!(f, "{what} can change every pixel"),
             Self::Shadows => write!(

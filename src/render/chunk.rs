@@ -17,7 +17,6 @@ use crate::frames::{Encoder, Ground, name, write_safely};
 use crate::merge::{Patch, merge};
 use crate::motion::screen_box;
 use crate::plan::{FramePlan, Mode, Period, Plan};
-use crate::segmentation::Class;
 use crate::stage::Stage;
 
 /// Pixels of layers that one chunk holds at once, at most.
@@ -128,7 +127,7 @@ impl Execution<'_> {
         let fast: HashSet<ObjectId> = period
             .objects
             .iter()
-            .filter(|o| o.class == Class::Fast)
+            .filter(|o| !o.class.in_decor())
             .map(|o| o.object)
             .collect();
         let layered = period.frames.iter().any(|f| *f != FramePlan::Whole);

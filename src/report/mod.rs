@@ -1,5 +1,6 @@
-//! What was done, for programs: JSON.
+//! What was done and why: JSON for programs, a diagram for people.
 
+pub mod diagram;
 mod summary;
 
 pub use summary::{Clock, ObjectCounts, PeriodSummary, Summary, period_summaries};

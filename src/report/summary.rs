@@ -12,8 +12,12 @@ use crate::segmentation::Class;
 /// Objects of a period by class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct ObjectCounts {
-    /// Part of the décor.
+    /// Part of the décor: does not move.
     pub immobile: usize,
+    /// Part of the décor: out of view.
+    pub clipped: usize,
+    /// Part of the décor: moves by the threshold at most.
+    pub slow: usize,
     /// Rendered in every frame.
     pub fast: usize,
 }
@@ -88,6 +92,8 @@ pub fn period_summaries(plan: &Plan) -> Vec<PeriodSummary> {
             length: period.len(),
             objects: ObjectCounts {
                 immobile: period.count(Class::Immobile),
+                clipped: period.count(Class::Clipped),
+                slow: period.count(Class::Slow),
                 fast: period.count(Class::Fast),
             },
             whole: period.whole.as_ref().map(ToString::to_string),
