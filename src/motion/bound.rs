@@ -162,18 +162,20 @@ struct Columns {
 impl Columns {
     fn of(m: &RelativeMotion) -> Self {
         const GROWN: f64 = 1.0 + 4.0 * f64::EPSILON;
+        // A sphere with less than no extent is no sphere.
+        let radius = if m.radius >= 0.0 { m.radius } else { f64::NAN };
         Self {
             c0: m.centre_before.to_array(),
             c1: m.centre_after.to_array(),
             delta: m.delta.to_array(),
             half: m.half_turn.to_array(),
-            r0: (m.radius + m.slack_before) * GROWN,
-            r1: (m.radius + m.slack_after) * GROWN,
+            r0: (radius + m.slack_before) * GROWN,
+            r1: (radius + m.slack_after) * GROWN,
             error: m.delta_error,
         }
     }
 
-    /// Are all numbers finite, and the radii none below 0?
+    /// Are all numbers finite, and radii and focal lengths none below 0?
     #[inline(always)]
     fn finite(&self, lens: &Lens) -> bool {
         let all = [self.c0, self.c1, self.delta, self.half];
@@ -182,7 +184,11 @@ impl Columns {
             sum += v[0].abs() + v[1].abs() + v[2].abs();
         }
         // A sum of finite numbers that is not finite is too large to measure.
-        (self.r0 >= 0.0) & (self.r1 >= 0.0) & (sum + self.r0 + self.r1 < f64::INFINITY)
+        let real = (lens.before[0] >= 0.0)
+            & (lens.before[1] >= 0.0)
+            & (lens.after[0] >= 0.0)
+            & (lens.after[1] >= 0.0);
+        real & (self.r0 >= 0.0) & (self.r1 >= 0.0) & (sum + self.r0 + self.r1 < f64::INFINITY)
     }
 
     /// All lengths times `by`; and what could vanish, made visible.

@@ -90,6 +90,9 @@ impl Frustum {
     /// place to the other?
     pub fn excludes_sweep(&self, from: DVec3, to: DVec3, radius: f64) -> bool {
         let reach = radius + ROUNDING * (from.length() + to.length() + radius);
+        if !(radius >= 0.0 && reach.is_finite()) {
+            return false;
+        }
         // Out of the view from the start until `start`, and from `end` on.
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
         for plane in &self.planes {
@@ -140,15 +143,21 @@ pub fn first_in_view<I>(frames: I, sphere: &Sphere, size: Size) -> Option<usize>
 where
     I: IntoIterator<Item = Sighting>,
 {
+    // What has less than no extent is not certain to be anywhere.
+    let extent = if sphere.radius >= 0.0 {
+        sphere.radius
+    } else {
+        f64::NAN
+    };
     let mut previous: Option<(Sighting, DVec3, Frustum)> = None;
     for (index, sighting) in frames.into_iter().enumerate() {
         let frustum = Frustum::of(&sighting.camera, size, 1.0);
         let (centre, error) = sighting.see(sphere);
-        if !frustum.excludes(centre, sphere.radius + error) {
+        if !frustum.excludes(centre, extent + error) {
             return Some(index);
         }
         if let Some((before, from, seen_before)) = &previous {
-            let radius = sphere.radius + error + bulge(before, &sighting, sphere);
+            let radius = extent + error + bulge(before, &sighting, sphere);
             if !frustum
                 .union(seen_before)
                 .excludes_sweep(*from, centre, radius)

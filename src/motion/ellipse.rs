@@ -90,7 +90,7 @@ pub fn project_sphere(centre_camera: DVec3, radius: f64) -> Projection {
         semi_major: r * rho.hypot(k.sqrt()) / k,
         semi_minor: r / k.sqrt(),
     };
-    if ellipse.is_finite() {
+    if ellipse.is_measurable() {
         Projection::Ellipse(ellipse)
     } else {
         Projection::Unbounded
@@ -106,15 +106,21 @@ pub fn project_sphere_orthographic(centre_camera: DVec3, radius: f64) -> Option<
         semi_major: radius,
         semi_minor: radius,
     };
-    (circle.is_finite() && radius >= 0.0).then_some(circle)
+    (circle.is_measurable() && radius >= 0.0).then_some(circle)
 }
 
 impl Ellipse {
-    fn is_finite(&self) -> bool {
-        self.centre.is_finite()
-            && self.direction.is_finite()
-            && self.semi_major.is_finite()
-            && self.semi_minor.is_finite()
+    /// Finite, and its area and its place on a screen as well.
+    fn is_measurable(&self) -> bool {
+        const LARGEST: f64 = 1e140;
+        let largest = self
+            .centre
+            .abs()
+            .max_element()
+            .max(self.semi_major)
+            .max(self.semi_minor);
+        let sum = self.centre.x + self.centre.y + self.semi_major + self.semi_minor;
+        largest < LARGEST && sum.is_finite() && self.direction.is_finite()
     }
 
     /// The ends of its axes: the far and the near one of the major axis, then

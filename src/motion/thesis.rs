@@ -51,6 +51,9 @@ pub fn thesis(motion: &RelativeMotion, lenses: &Lenses) -> Option<ThesisMeasure>
     let (Projection::Ellipse(before), Projection::Ellipse(after)) = (before, after) else {
         return None;
     };
+    if !motion.half_turn.is_finite() {
+        return None;
+    }
     let measure = ThesisMeasure {
         translation_px: translation_px(&before, &after, lenses),
         rotation_px: rotation_px(motion, lenses, &before),
