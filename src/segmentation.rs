@@ -348,7 +348,7 @@ impl<'a, 'f> Judge<'a, 'f> {
             let relative = observer.of(&object.pose, &now.pose, sphere);
             let moved_px = match self.rule.measure {
                 Measure::Bound => motion::bound_px(&relative, lenses),
-                Measure::Thesis => motion::bound_px(&relative, lenses), // TODO-THESIS
+                Measure::Thesis => motion::thesis_px(&relative, lenses),
             };
             // Not certain means fast: a comparison with NaN is never true.
             let is_slow = moved_px <= self.rule.threshold_px;
