@@ -7,57 +7,66 @@
 //! ```text
 //! p = c₀ + R·u,   q = c₁ + R·Q·u,   m = q − p = Δ + R·d,   Δ = c₁ − c₀,   d = (Q − 1)·u.
 //! ```
-//! Let h be sin(θ/2) along the axis of Q. d lies in the plane across h, in the disc
-//! of radius 2‖h‖. Along the view d_z = (Qᵀẑ − ẑ)·u, where the bracket has the
-//! length g = 2‖h_xy‖ and, across and along the view, components not larger than g and g²/2:
+//! Let h be sin(θ/2) along the axis of Q. d lies in the plane across h, in the
+//! disc of radius 2‖h‖. Along the view d_z = (Qᵀẑ − ẑ)·u, where the bracket has
+//! the length g = 2‖h_xy‖ and, across and along the view, components not larger
+//! than g and g²/2:
 //! ```text
 //! |d_z| ≤ g·‖u_xy‖ + (g²/2)·|u_z|.                                            (1)
 //! ```
-//! **Their displacement.** Let F₀, F₁ be the focal lengths in pixels (diagonal: a
-//! pixel may be wider than high), δF = F₁ − F₀, and x = F₀·p_xy/p_z where p is seen. Then
+//! **Their displacement.** Let F₀, F₁ be the focal lengths in pixels (diagonal:
+//! a pixel may be wider than high), δF = F₁ − F₀, and x = F₀·p_xy/p_z where p
+//! is seen. Then
 //! ```text
 //! v = F₁·q_xy/q_z − F₀·p_xy/p_z = (F₁·m_xy + δF·p_xy − m_z·x) / q_z.              (2)
 //! ```
 //! Only m and δF, the motion itself, are above the line: no two far positions
-//! are subtracted. At p_z = c₀z + R·t, p is off the axis through the centre by R·u_xy:
-//! p_xy = c₀xy + R·u_xy and x = x_t + F₀·R·u_xy/p_z with x_t = F₀·c₀xy/p_z. (2) becomes
+//! are subtracted. At p_z = c₀z + R·t, p is off the axis through the centre by
+//! R·u_xy: p_xy = c₀xy + R·u_xy and x = x_t + F₀·R·u_xy/p_z with x_t =
+//! F₀·c₀xy/p_z. (2) becomes
 //! ```text
 //! v = [ T(x_t) + R·M(x_t)·d ] / q_z                                         (a)
 //!   − m_z·F₀·R·u_xy / (p_z·q_z)  +  δF·R·u_xy / q_z                           (b)
 //! T(x) = F₁·Δ_xy + δF·c₀xy − Δ_z·x,     M(x)·d = F₁·d_xy − d_z·x.
 //! ```
-//! **(a), the motion of the centre's line.** For a fixed d the bracket is affine in x,
-//! so its length is convex, and x_t runs along a segment: its ends, at
-//! p_z = c₀z ∓ R, bound it. At an end, over the disc of all d,
+//! **(a), the motion of the centre's line.** For a fixed d the bracket is
+//! affine in x, so its length is convex, and x_t runs along a segment: its
+//! ends, at p_z = c₀z ∓ R, bound it. At an end, over the disc of all d,
 //! ```text
 //! ‖T + R·M·d‖² ≤ ‖T‖² + 2·R·max|T·Md| + R²·max‖Md‖² = ‖T‖² + 4R·‖GᵀT‖ + 4R²·λ = J²   (3)
 //! ```
-//! G has the rows M₁ × h and M₂ × h (M₁ = (F₁x, 0, −x₁), M₂ = (0, F₁y, −x₂)), as the part of
-//! a vector across the axis, times ‖h‖, is as long as its product with h; λ is the larger eigenvalue of G·Gᵀ. (3) is exact where
-//! the motion is along, or across, the direction in which the rotation moves most. q_z ≥ c₁z − R.
+//! G has the rows M₁ × h and M₂ × h (M₁ = (F₁x, 0, −x₁), M₂ = (0, F₁y, −x₂)),
+//! as the part of a vector across the axis, times ‖h‖, is as long as its
+//! product with h; λ is the larger eigenvalue of G·Gᵀ. (3) is exact where the
+//! motion is along, or across, the direction in which the rotation moves most.
+//! q_z ≥ c₁z − R.
 //!
-//! **(b), off that line.** With w² = 1 − t² ≥ ‖u_xy‖² and (1), (b) is not larger than
+//! **(b), off that line.** With w² = 1 − t² ≥ ‖u_xy‖² and (1), (b) is not
+//! larger than
 //! ```text
 //! F₀·[ |Δ_z|·φ + g·ψ + (g²/2)·R·φ ] + |δF|·χ,
 //! φ ≥ R·w/(p_z·q_z),   ψ ≥ R²·w²/(p_z·q_z),   χ ≥ R·w/q_z.
 //! ```
-//! As q_z = p_z + m_z, both depths are at least c + R·t with c = min(c₀z, c₀z + Δ_z − R·g).
-//! Where c > R, elementary maxima over t give, with K = c² − R² and S = √(1 + 8R²/c²),
+//! As q_z = p_z + m_z, both depths are at least c + R·t with c = min(c₀z, c₀z +
+//! Δ_z − R·g). Where c > R, elementary maxima over t give, with K = c² − R² and
+//! S = √(1 + 8R²/c²),
 //! ```text
 //! φ = R·c·√((3 + S)³ / (32·(1 + S))) / K^{3/2},   ψ = R²/K,   χ = R/√K.
 //! ```
-//! (For φ: the maximum is at t = −4ϱ/(1 + S), ϱ = R/c, where 1 + ϱt = (3 − S)/2, and 3 − S =
-//! 8(1 − ϱ²)/(3 + S) takes away the last cancellation.) Always, with K₀ = c₀z² − R²,
+//! (For φ: the maximum is at t = −4ϱ/(1 + S), ϱ = R/c, where 1 + ϱt = (3 −
+//! S)/2, and 3 − S = 8(1 − ϱ²)/(3 + S) takes away the last cancellation.)
+//! Always, with K₀ = c₀z² − R²,
 //! ```text
 //! φ = (R/√K₀)/(c₁z − R),   ψ = 2R²/((c₀z + √K₀)·(c₁z − R)),   χ = R/(c₁z − R),
 //! ```
 //! and the smaller of the two is taken.
 //!
-//! **Three bounds.** J/(c₁z − R) + (b) is the bound *forth*. The motion back moves every
-//! point as far, so the same expression with both instants exchanged is one as well. And the two pictures
-//! are ellipses: no point goes further than ‖centre₁ − centre₀‖ + a₀ + a₁, which is
-//! what counts when an object turns over or jumps. The smallest of the three is
-//! the result; it does not change when the instants are swapped.
+//! **Three bounds.** J/(c₁z − R) + (b) is the bound *forth*. The motion back
+//! moves every point as far, so the same expression with both instants
+//! exchanged is one as well. And the two pictures are ellipses: no point goes
+//! further than ‖centre₁ − centre₀‖ + a₀ + a₁, which is what counts when an
+//! object turns over or jumps. The smallest of the three is the result; it does
+//! not change when the instants are swapped.
 //!
 //! **Parallel projection.** v = S₁·q_xy − S₀·p_xy with S in pixels per unit: (3)
 //! with x = 0 and |δS|·R are all of it.
@@ -66,16 +75,18 @@
 //! The sphere's place is known to a length (`slack`): the radius grows by it.
 //! The displacement m is known to `delta_error`, and the sums in T lose a few
 //! units of the last place of their largest term: these are added, times the
-//! largest derivative of (2), (F₁ + ‖x‖)/(c₁z − R). Everything else is made of sums, products
-//! and roots of positive numbers and is worth a factor 1 + 1e-13. All lengths are divided
-//! by the larger of c₀z and c₁z. Squares of what is below 1e-150 of that vanish: so
-//! much is added where anything moves. Where nothing does, the bound is 0.
-//! Anything that is not finite or not in front is +∞: not certain is not slow.
+//! largest derivative of (2), (F₁ + ‖x‖)/(c₁z − R). Everything else is made of
+//! sums, products and roots of positive numbers and is worth a factor 1 +
+//! 1e-13. All lengths are divided by the larger of c₀z and c₁z. Squares of what
+//! is below 1e-150 of that vanish: so much is added where anything moves. Where
+//! nothing does, the bound is 0. Anything that is not finite or not in front is
+//! +∞: not certain is not slow.
 //!
-//! # Against the thesis
-//! The first form of such a bound is ‖displacement‖ ≤ f·(‖c₀×Δ‖ + R‖Δ‖ + 2sR‖c₀‖ +
-//! 2sR²)/((c₀z−R)(c₁z−R)), from the components of p × q. It is 1.2 times too large for
-//! a sideways motion at R/D = 0.1 and 9 times at 0.8, where this one is exact.
+//! # Against a shorter form
+//! A shorter bound is ‖displacement‖ ≤ f·(‖c₀×Δ‖ + R‖Δ‖ +
+//! 2sR‖c₀‖ + 2sR²)/((c₀z−R)(c₁z−R)), from the components of p × q. It is 1.2
+//! times too large for a sideways motion at R/D = 0.1 and 9 times at 0.8, where
+//! this one is exact.
 
 use super::relative::{Lenses, ObserverMotion, RelativeMotion};
 use decor_api::{Pose, Sphere};
@@ -100,10 +111,10 @@ pub fn bound_px(motion: &RelativeMotion, lenses: &Lenses) -> f64 {
     kernel(&Columns::of(motion), &Lens::of(lenses))
 }
 
-/// [`bound_px`] for many objects: `object` gives the poses at both instants and the
-/// sphere (in the object's coordinates) of each of `out`, whose entries become
-/// its bound. Parallel; nothing is allocated per object, and the results are
-/// bit for bit those of [`bound_px`], for any number of threads.
+/// [`bound_px`] for many objects: `object` gives the poses at both instants and
+/// the sphere (in the object's coordinates) of each of `out`, whose entries
+/// become its bound. Parallel; nothing is allocated per object, and the results
+/// are bit for bit those of [`bound_px`], for any number of threads.
 pub fn bounds_px<F>(observer: &ObserverMotion, lenses: &Lenses, object: F, out: &mut [f64])
 where
     F: Fn(usize) -> (Pose, Pose, Sphere) + Sync,

@@ -1,16 +1,18 @@
 //! Which spheres stay out of the picture, over a whole period.
 //!
-//! Thesis, III-2-3, replaces the frustum by the cone around it and tests the two
-//! end positions with a tangent that wraps: an object that fills the view is
-//! thrown away, and one that crosses it is not seen ([`thesis_clip`](super::thesis_clip::thesis_clip) is kept to
-//! compare). Here the sphere is swept against the frustum's planes.
+//! Thesis, III-2-3, replaces the frustum by the cone around it and tests the
+//! two end positions with a tangent that wraps: an object that fills the view
+//! is thrown away, and one that crosses it is not seen
+//! ([`thesis_clip`](super::thesis_clip::thesis_clip) is kept to compare). Here
+//! the sphere is swept against the frustum's planes.
 //!
 //! # Sweep
 //! A plane through the eye has the signed distance n·c, affine in c. Along a
 //! straight segment the sphere is outside of one plane for an interval of the
-//! segment that touches one of its ends; the sphere is never in the view where these
-//! intervals cover the segment. That is exact for the planes, and on the safe side for
-//! the view, at whose edges a sphere can be outside without being outside of a plane.
+//! segment that touches one of its ends; the sphere is never in the view where
+//! these intervals cover the segment. That is exact for the planes, and on the
+//! safe side for the view, at whose edges a sphere can be outside without being
+//! outside of a plane.
 //!
 //! # Between two frames
 //! Between two frames the object and the eye go straight and evenly, and the
@@ -20,9 +22,9 @@
 //! [C(τ) − (1−τ) − τ·C(1)]·y₀ + τ·[C(τ) − C(1)]·δ,
 //! ```
 //! not more than θ²/8·‖y₀‖ (a linear interpolation of a function whose second
-//! derivative is θ²) plus θ/4·‖δ‖ (τ·(1−τ)·θ). A centre that is l away from the object's
-//! origin goes on an arc as well: it adds min(φ²/8, 2)·l where its angles change by φ in
-//! all. The sphere grows by these three.
+//! derivative is θ²) plus θ/4·‖δ‖ (τ·(1−τ)·θ). A centre that is l away from the
+//! object's origin goes on an arc as well: it adds min(φ²/8, 2)·l where its
+//! angles change by φ in all. The sphere grows by these three.
 
 use decor_api::{Camera, Pose, Size, Sphere};
 use glam::DVec3;

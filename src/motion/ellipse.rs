@@ -8,23 +8,24 @@
 //! # Derivation
 //! Camera space: x right, y up, z along the view; centre c, radius R, D = ‖c‖,
 //! picture at z = 1. In the plane through the view's axis and c, the tangents
-//! from the eye leave at the angles φ ± δ, with tan φ = ρ/c_z, ρ = ‖(c_x, c_y)‖ and
-//! sin δ = R/D. They meet the picture at tan(φ ± δ), the ends of the major axis:
+//! from the eye leave at the angles φ ± δ, with tan φ = ρ/c_z, ρ = ‖(c_x, c_y)‖
+//! and sin δ = R/D. They meet the picture at tan(φ ± δ), the ends of the major
+//! axis:
 //! ```text
 //! tan(φ ± δ) = (ρ·√(D²−R²) ± R·c_z) / (c_z·√(D²−R²) ∓ R·ρ)
 //! ```
 //! Multiplied above and below by c_z·√(D²−R²) ± R·ρ, the lower side becomes
-//! D²·k with k = c_z² − R² and the upper one D²·(ρ·c_z ± R·√(D²−R²)). Half the sum and half the
-//! difference are the centre and the semi-major axis; the semi-minor axis
-//! follows from the foci of the thesis (F₁, F₂ = (c_x, c_y)/(c_z ± R), half of
-//! whose distance is ρ·R/k):
+//! D²·k with k = c_z² − R² and the upper one D²·(ρ·c_z ± R·√(D²−R²)). Half the
+//! sum and half the difference are the centre and the semi-major axis; the
+//! semi-minor axis follows from the foci of the thesis (F₁, F₂ = (c_x,
+//! c_y)/(c_z ± R), half of whose distance is ρ·R/k):
 //! ```text
 //! centre = c_z·(c_x, c_y)/k     a = R·√(ρ² + k)/k     b = √(a² − (ρ·R/k)²) = R/√k
 //! ```
-//! D² − R² is written ρ² + k and k is (c_z − R)(c_z + R), so nothing cancels but
-//! the one subtraction c_z − R, which is exact to the last place for the numbers
-//! given. All is divided by c_z first: it neither over- nor underflows with the unit of
-//! length.
+//! D² − R² is written ρ² + k and k is (c_z − R)(c_z + R), so nothing cancels
+//! but the one subtraction c_z − R, which is exact to the last place for the
+//! numbers given. All is divided by c_z first: it neither over- nor underflows
+//! with the unit of length.
 
 use decor_api::{Camera, Size};
 use glam::{DVec2, DVec3};

@@ -4,8 +4,8 @@
 //! Thesis, chapter II and III-2-3. [`ellipse`] is the sphere's picture;
 //! [`RelativeMotion`] what happens between two instants, as the observer sees
 //! it; [`bound`] the distance in pixels that no point of the sphere exceeds;
-//! [`thesis`](mod@thesis) the measure of chapter II; [`clip`] what stays out of the picture.
-//! No decision is made here: that is the segmentation's.
+//! [`thesis`](mod@thesis) the measure of chapter II; [`clip`] what stays out of
+//! the picture. No decision is made here: that is the segmentation's.
 
 pub mod bound;
 pub mod clip;

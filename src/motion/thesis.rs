@@ -3,23 +3,27 @@
 //! segment and their arcs (II-5, in [`thesis_rotation`](super::thesis_rotation)).
 //!
 //! It follows points that are expected to move farthest, and adds nothing for
-//! the others: usually tighter than [`bound_px`](super::bound_px), but no bound. The default
-//! measure is therefore the bound.
+//! the others: usually tighter than [`bound_px`](super::bound_px), but no
+//! bound. The default measure is therefore the bound.
+//!
+//! Near the view's axis the ellipse is all but a circle, and the smallest motion
+//! turns its axes: there the vertices move farther than any point does.
 //!
 //! # Operations
-//! II-6 counts (sums and products, divisions, roots and trigonometry); beside
-//! it what is done here, for M points of the maximal segment and N arcs. The thesis rotates each point by every single
-//! motion; here the resulting rotation is known once for the object.
+//! II-6 counts triples: sums and products, divisions, roots and trigonometry.
+//! For M points of the maximal segment and N arcs:
 //!
 //! | | thesis, II-6 | here |
 //! |---|---|---|
-//! | one ellipse | (170, 7, 4) | (17, 6, 3) |
-//! | translation: two ellipses, four vertices | | (81, 12, 10) |
-//! | rotation, once an object | | (32, 7, 8) |
-//! | rotation, a point of the segment | (134 + 43·N, 11, 11) | (90 + 50·N, 4 + 3·N, 2 + N) |
+//! | one ellipse | (170, 7, 4) | (4, 10, 3) |
+//! | two ellipses and their four vertices | | (71, 20, 10) |
+//! | resulting rotation, maximal segment | | (21, 6, 4) |
+//! | each of the M points | (134 + 43·N, 11, 11) | (144 + 54·N, 18 + 4·N, 6 + N) |
+//! | the bound, in all | | about (450, 33, 31) |
 //!
-//! A projection has its two divisions and its length one root, which II-6 does
-//! not list by arcs.
+//! The thesis finds the rotation anew at every point; here it is known once for
+//! the object. The divisions of a projection and the root of a length are
+//! counted for every arc.
 
 use super::ellipse::{Ellipse, Projection, project_sphere};
 use super::relative::{Lenses, RelativeMotion};
@@ -42,9 +46,9 @@ impl ThesisMeasure {
     }
 }
 
-/// The measure of chapter II; `None` where the picture of the sphere is no ellipse
-/// at one of the instants (II-3: nothing can be said of a hyperbola), or a number
-/// is not finite.
+/// The measure of chapter II; `None` where the picture of the sphere is no
+/// ellipse at one of the instants (II-3: nothing can be said of a hyperbola),
+/// or a number is not finite.
 pub fn thesis(motion: &RelativeMotion, lenses: &Lenses) -> Option<ThesisMeasure> {
     let before = project_sphere(motion.centre_before, motion.radius);
     let after = project_sphere(motion.centre_after, motion.radius);
@@ -70,7 +74,8 @@ pub fn thesis_px(motion: &RelativeMotion, lenses: &Lenses) -> f64 {
 /// displacements of these points", the four vertices.
 ///
 /// The ends of an axis have no names: they are paired so that the axes turn as
-/// little as they can, and a circle on the axis, which has none, takes the other's.
+/// little as they can, and a circle on the axis, which has none, takes the
+/// other's.
 pub fn translation_px(before: &Ellipse, after: &Ellipse, lenses: &Lenses) -> f64 {
     let mut before = *before;
     let mut after = *after;
@@ -97,8 +102,8 @@ pub(super) fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// II-4-2-1: the foci, where the two spheres of Dandelin that lie in the cone
-/// touch the picture: the feet of OM₁ = OS/(A + B) and OM₂ = OS/(A − B) with A = c_z,
-/// B = R and the picture at 1. In tangents.
+/// touch the picture: the feet of OM₁ = OS/(A + B) and OM₂ = OS/(A − B) with A
+/// = c_z, B = R and the picture at 1. In tangents.
 pub fn foci(centre_camera: DVec3, radius: f64) -> [DVec2; 2] {
     let image = centre_camera.truncate();
     [
@@ -110,8 +115,8 @@ pub fn foci(centre_camera: DVec3, radius: f64) -> [DVec2; 2] {
 /// II-4-2-2 as it is printed: the semi-axes from the foci, by two second-degree
 /// equations. `None` where they are 0/0: on the axis.
 ///
-/// Kept to compare: its semi-major axis is off by 1e-10 of itself at R/D = 1e-3, and
-/// by all of itself at 1e-8. [`project_sphere`] is used everywhere.
+/// Kept to compare: its semi-major axis is off by 1e-10 of itself at R/D =
+/// 1e-3, and by all of itself at 1e-8. [`project_sphere`] is used everywhere.
 pub fn semi_axes_by_foci(centre_camera: DVec3, radius: f64) -> Option<(f64, f64)> {
     let os = centre_camera;
     let [f1, f2] = foci(centre_camera, radius);

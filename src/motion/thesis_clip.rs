@@ -1,10 +1,11 @@
 //! The thesis's test for clipping (III-2-3), kept to compare, and the two ways to
 //! test the same cone that do not wrap.
 //!
-//! The frustum is replaced by the cone around it, of half angle χ; the sphere by
-//! the cone that touches it, of half angle δ; φ is the angle from the view to the
-//! sphere's centre. It is out of the view where φ > δ + χ, all three in [0, π]. Nothing
-//! here decides in this program: that is [`Frustum::excludes`](super::clip::Frustum::excludes).
+//! The frustum is replaced by the cone around it, of half angle χ; the sphere
+//! by the cone that touches it, of half angle δ; φ is the angle from the view
+//! to the sphere's centre. It is out of the view where φ > δ + χ, all three in
+//! [0, π]. Nothing here decides in this program: that is
+//! [`Frustum::excludes`](super::clip::Frustum::excludes).
 //!
 //! | | divisions | roots, trigonometry |
 //! |---|---|---|

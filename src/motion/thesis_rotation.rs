@@ -1,11 +1,13 @@
 //! The thesis's measure of rotations (II-5).
 //!
-//! Of all points of the sphere, those seen on the *maximal segment* are expected to move
-//! fastest: from the ellipse's centre to the vertex farthest from the picture's centre
-//! (II-5-2-3). It is cut into one point per pixel; each is the picture of a point M₁ of
-//! the sphere, which the rotation carries along an arc. As it is not known where on that circle
-//! the motion is largest in the picture, the arc from −γ to γ around M₁ is cut at constant angles, and all pairs
-//! ("doublets") of points that are γ apart are projected (II-5-3). The longest one is the measure.
+//! Of all points of the sphere, those seen on the *maximal segment* are
+//! expected to move fastest: from the ellipse's centre to the vertex farthest
+//! from the picture's centre (II-5-2-3). It is cut into one point per pixel;
+//! each is the picture of a point M₁ of the sphere, which the rotation carries
+//! along an arc. As it is not known where on that circle the motion is largest
+//! in the picture, the arc from −γ to γ around M₁ is cut at constant angles,
+//! and all pairs ("doublets") of points that are γ apart are projected
+//! (II-5-3). The longest one is the measure.
 //!
 //! # At the singularities
 //! | the thesis | here |
@@ -84,9 +86,10 @@ pub fn arc_centre_by_three_points(m1: DVec3, m2: DVec3, m3: DVec3) -> Option<DVe
 /// segment at `part` (0 to 1) of its length, as a direction from the sphere's
 /// centre (II-5-3-1: the ray through the pixel meets the sphere).
 ///
-/// With d the ray through the pixel and c the centre, −(c − d·(d·c)/d²) ± the rest of the
-/// radius along d. The part of c across the ray is d × (d × c)/d², where d × c is taken
-/// from how far the pixel is from the centre's picture: a small sphere keeps its digits.
+/// With d the ray through the pixel and c the centre, −(c − d·(d·c)/d²) ± the
+/// rest of the radius along d. The part of c across the ray is d × (d × c)/d²,
+/// where d × c is taken from how far the pixel is from the centre's picture: a
+/// small sphere keeps its digits.
 pub fn surface_point(centre_camera: DVec3, radius: f64, ellipse: &Ellipse, part: f64) -> DVec3 {
     let c = centre_camera / centre_camera.z;
     let r = radius / centre_camera.z;
