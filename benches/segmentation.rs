@@ -56,14 +56,24 @@ fn frame(count: usize, number: u32) -> FrameState<'static> {
 }
 
 fn benchmark(criterion: &mut Criterion) {
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
-    let size = Size { width: 1024, height: 1024 };
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a pool");
+    let size = Size {
+        width: 1024,
+        height: 1024,
+    };
     for measure in [Measure::Bound, Measure::Thesis] {
         let mut group = criterion.benchmark_group(format!("segmentation by {measure:?}"));
         group.sample_size(10);
         for count in [1_000, 10_000, 100_000, 1_000_000] {
             let frames = [frame(count, 0), frame(count, 5)];
-            let rule = Rule { threshold_px: 1.0, measure, size };
+            let rule = Rule {
+                threshold_px: 1.0,
+                measure,
+                size,
+            };
             let bounds = Bounds::sphere(DVec3::ZERO, 5.0);
             group.throughput(Throughput::Elements(count as u64));
             group.bench_with_input(BenchmarkId::from_parameter(count), &frames, |b, frames| {

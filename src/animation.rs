@@ -43,7 +43,9 @@ pub fn write_apng(
     path: &Path,
     frames_per_second: u16,
 ) -> Result<(), AnimationError> {
-    let Some(first) = frames.first() else { return Ok(()) };
+    let Some(first) = frames.first() else {
+        return Ok(());
+    };
     let failed = |source: Box<dyn std::error::Error + Send + Sync>| AnimationError::Write {
         path: path.to_owned(),
         source,
@@ -60,10 +62,14 @@ pub fn write_apng(
         };
         prepare(&mut encoder).map_err(|e| failed(e.into()))?;
         let mut writer = encoder.write_header().map_err(|e| failed(e.into()))?;
-        writer.write_image_data(&start.rgb).map_err(|e| failed(e.into()))?;
+        writer
+            .write_image_data(&start.rgb)
+            .map_err(|e| failed(e.into()))?;
         for frame in &frames[1..] {
             let picture = read(frame)?;
-            writer.write_image_data(&picture.rgb).map_err(|e| failed(e.into()))?;
+            writer
+                .write_image_data(&picture.rgb)
+                .map_err(|e| failed(e.into()))?;
         }
         writer.finish().map_err(|e| failed(e.into()))?;
     }
@@ -76,7 +82,11 @@ fn read(path: &Path) -> Result<Picture, AnimationError> {
         source,
     };
     let picture = image::open(path).map_err(|e| failed(e.into()))?.into_rgb8();
-    Ok(Picture { width: picture.width(), height: picture.height(), rgb: picture.into_raw() })
+    Ok(Picture {
+        width: picture.width(),
+        height: picture.height(),
+        rgb: picture.into_raw(),
+    })
 }
 
 #[cfg(test)]
@@ -89,7 +99,9 @@ mod tests {
         let frames: Vec<PathBuf> = (0..3_u8)
             .map(|k| {
                 let path = folder.path().join(format!("{k}.png"));
-                image::RgbImage::from_pixel(4, 3, image::Rgb([k * 100, 0, 0])).save(&path).unwrap();
+                image::RgbImage::from_pixel(4, 3, image::Rgb([k * 100, 0, 0]))
+                    .save(&path)
+                    .unwrap();
                 path
             })
             .collect();

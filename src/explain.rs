@@ -143,7 +143,10 @@ impl View<'_> {
             explained.motion_px = still.then_some(0.0);
             return explained;
         };
-        let centre = self.now.camera.to_camera(object.pose.transform().transform_point3(sphere.centre));
+        let centre = self
+            .now
+            .camera
+            .to_camera(object.pose.transform().transform_point3(sphere.centre));
         if let Projection::Ellipse(ellipse) = project_sphere(centre, sphere.radius) {
             let screen = Screen::of(&self.now.camera, self.size);
             let middle = screen.to_px(ellipse.centre);
@@ -168,7 +171,8 @@ impl View<'_> {
                 explained.rotation_px = Some(0.0);
             } else {
                 explained.motion_px = finite(bound_px(&motion, &self.lenses));
-                explained.translation_px = finite(bound_px(&motion.translation_only(), &self.lenses));
+                explained.translation_px =
+                    finite(bound_px(&motion.translation_only(), &self.lenses));
                 explained.rotation_px = finite(bound_px(&motion.rotation_only(), &self.lenses));
             }
             let place = |state: &FrameState<'_>, object: &ObjectState<'_>| {

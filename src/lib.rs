@@ -17,8 +17,10 @@
 //! 1. [`film`] reads a film, in either of its forms, into a model that cannot be
 //!    wrong; [`objects`] reads what the film names, each geometry once, with the
 //!    sphere around it. [`stage`] holds both, and the renderer.
-//! 2. [`motion`] says where an object can be in the picture.
-//! 3. [`segmentation`] gives each object its class for a period, and why.
+//! 2. [`motion`] says where an object is in the picture, and how far it moves
+//!    there, in pixels.
+//! 3. [`segmentation`] gives each object its class for a period, and why;
+//!    [`explain`] shows it.
 //! 4. [`plan`] decides which frames share a décor and what is rendered where. A
 //!    plan is a value: it can be printed, priced and executed.
 //! 5. [`render`] executes it: calls of the adapter side by side, each a pass over

@@ -121,10 +121,22 @@ impl fmt::Display for Reason {
             Self::Still => write!(f, "does not move"),
             Self::Empty => write!(f, "has no surface"),
             Self::OutOfView => write!(f, "stays out of view"),
-            Self::MovesLittle { moved_px, threshold_px } => {
-                write!(f, "moved {} px ≤ {} px", short(*moved_px), short(*threshold_px))
+            Self::MovesLittle {
+                moved_px,
+                threshold_px,
+            } => {
+                write!(
+                    f,
+                    "moved {} px ≤ {} px",
+                    short(*moved_px),
+                    short(*threshold_px)
+                )
             }
-            Self::MovesFar { moved_px, threshold_px, frame } => write!(
+            Self::MovesFar {
+                moved_px,
+                threshold_px,
+                frame,
+            } => write!(
                 f,
                 "moved {} px > {} px until frame {frame}",
                 short(*moved_px),
@@ -137,7 +149,10 @@ impl fmt::Display for Reason {
             Self::Changes { frame } => write!(f, "has another description in frame {frame}"),
             Self::Absent { frame } => write!(f, "is not there in frame {frame}"),
             Self::SurroundingsChange => {
-                write!(f, "a light, the background or the opening of the view changes")
+                write!(
+                    f,
+                    "a light, the background or the opening of the view changes"
+                )
             }
         }
     }
@@ -204,7 +219,9 @@ pub fn segment<B>(frames: &[FrameState<'_>], bounds: B, rule: &Rule) -> Vec<Segm
 where
     B: Fn(&ObjectState<'_>) -> Bounds + Sync,
 {
-    let Some(first) = frames.first() else { return Vec::new() };
+    let Some(first) = frames.first() else {
+        return Vec::new();
+    };
     let judge = Judge::new(frames, rule);
     let present: Vec<Segmented> = first
         .objects
@@ -222,7 +239,9 @@ where
                 all.push(Segmented {
                     object: object.id,
                     class: Class::Fast,
-                    reason: Reason::Absent { frame: first.number },
+                    reason: Reason::Absent {
+                        frame: first.number,
+                    },
                     motion_px: f64::INFINITY,
                 });
             }
@@ -260,13 +279,22 @@ impl<'a, 'f> Judge<'a, 'f> {
             .collect();
         let same_order = |state: &FrameState<'_>| {
             state.objects.len() == first.objects.len()
-                && state.objects.iter().zip(&first.objects).all(|(a, b)| a.id == b.id)
+                && state
+                    .objects
+                    .iter()
+                    .zip(&first.objects)
+                    .all(|(a, b)| a.id == b.id)
         };
         let places = frames
             .iter()
             .map(|state| {
                 (!same_order(state)).then(|| {
-                    state.objects.iter().enumerate().map(|(k, object)| (object.id, k)).collect()
+                    state
+                        .objects
+                        .iter()
+                        .enumerate()
+                        .map(|(k, object)| (object.id, k))
+                        .collect()
                 })
             })
             .collect();
@@ -302,10 +330,22 @@ impl<'a, 'f> Judge<'a, 'f> {
         let mut still = true;
         for (k, state) in self.frames.iter().enumerate().skip(1) {
             let Some(now) = self.find(k, index, object.id) else {
-                return of(Class::Fast, Reason::Absent { frame: state.number }, f64::INFINITY);
+                return of(
+                    Class::Fast,
+                    Reason::Absent {
+                        frame: state.number,
+                    },
+                    f64::INFINITY,
+                );
             };
             if now.description != object.description {
-                return of(Class::Fast, Reason::Changes { frame: state.number }, f64::INFINITY);
+                return of(
+                    Class::Fast,
+                    Reason::Changes {
+                        frame: state.number,
+                    },
+                    f64::INFINITY,
+                );
             }
             still &= now.pose == object.pose;
         }
@@ -331,7 +371,10 @@ impl<'a, 'f> Judge<'a, 'f> {
         let poses = || {
             (0..self.frames.len()).filter_map(|k| {
                 let pose = self.find(k, index, object.id)?.pose;
-                Some(Sighting { camera: self.frames[k].camera, pose })
+                Some(Sighting {
+                    camera: self.frames[k].camera,
+                    pose,
+                })
             })
         };
         let seen = motion::first_in_view(poses(), sphere, self.rule.size);
@@ -343,7 +386,9 @@ impl<'a, 'f> Judge<'a, 'f> {
         let last = self.frames.len() - 1;
         let mut largest = 0.0_f64;
         for k in std::iter::once(last).chain(1..last) {
-            let Some(now) = self.find(k, index, object.id) else { continue };
+            let Some(now) = self.find(k, index, object.id) else {
+                continue;
+            };
             let (observer, lenses) = &self.observer[k];
             let relative = observer.of(&object.pose, &now.pose, sphere);
             let moved_px = match self.rule.measure {
@@ -354,13 +399,19 @@ impl<'a, 'f> Judge<'a, 'f> {
             let is_slow = moved_px <= self.rule.threshold_px;
             if !is_slow {
                 let reason = self.why_fast(k, &relative, seen, moved_px);
-                let moved_px = if moved_px.is_nan() { f64::INFINITY } else { moved_px };
+                let moved_px = if moved_px.is_nan() {
+                    f64::INFINITY
+                } else {
+                    moved_px
+                };
                 return (Class::Fast, reason, moved_px);
             }
             largest = largest.max(moved_px);
         }
-        let reason =
-            Reason::MovesLittle { moved_px: largest, threshold_px: self.rule.threshold_px };
+        let reason = Reason::MovesLittle {
+            moved_px: largest,
+            threshold_px: self.rule.threshold_px,
+        };
         (Class::Slow, reason, largest)
     }
 
@@ -374,7 +425,9 @@ impl<'a, 'f> Judge<'a, 'f> {
         let number = |k: usize| self.frames[k].number;
         if moved_px.is_finite() {
             if seen > 0 {
-                return Reason::EntersView { frame: number(seen) };
+                return Reason::EntersView {
+                    frame: number(seen),
+                };
             }
             return Reason::MovesFar {
                 moved_px,
@@ -382,9 +435,10 @@ impl<'a, 'f> Judge<'a, 'f> {
                 frame: number(k),
             };
         }
-        for (centre, frame) in
-            [(relative.centre_before, number(0)), (relative.centre_after, number(k))]
-        {
+        for (centre, frame) in [
+            (relative.centre_before, number(0)),
+            (relative.centre_after, number(k)),
+        ] {
             let radius = relative.radius;
             if centre.length() <= radius {
                 return Reason::ObserverInside { frame };
@@ -394,7 +448,9 @@ impl<'a, 'f> Judge<'a, 'f> {
             }
         }
         if seen > 0 {
-            return Reason::EntersView { frame: number(seen) };
+            return Reason::EntersView {
+                frame: number(seen),
+            };
         }
         Reason::UnboundedEllipse { frame: number(k) }
     }

@@ -11,7 +11,10 @@ use decor::stage::Stage;
 use decor_api::{Bounds, Camera, Light, LightKind, Pose, Rgb, RunContext, Size};
 use glam::DVec3;
 
-const SIZE: Size = Size { width: 320, height: 240 };
+const SIZE: Size = Size {
+    width: 320,
+    height: 240,
+};
 
 fn camera_at(eye: DVec3) -> Camera {
     Camera::look_at(eye, eye + DVec3::Z, DVec3::Y, (60.0, 45.0)).unwrap()
@@ -23,7 +26,10 @@ fn object(id: u32, position: DVec3, angles_deg: DVec3) -> ObjectState<'static> {
         name: "object",
         description: DescriptionId(0),
         path: Path::new("ball"),
-        pose: Pose { position, angles_deg },
+        pose: Pose {
+            position,
+            angles_deg,
+        },
         motion: Motion::default(),
     }
 }
@@ -49,12 +55,22 @@ fn frame(number: u32, camera: Camera, objects: Vec<ObjectState<'static>>) -> Fra
 fn one(places: &[DVec3]) -> Vec<FrameState<'static>> {
     (10..)
         .zip(places)
-        .map(|(n, &place)| frame(n, camera_at(DVec3::ZERO), vec![object(0, place, DVec3::ZERO)]))
+        .map(|(n, &place)| {
+            frame(
+                n,
+                camera_at(DVec3::ZERO),
+                vec![object(0, place, DVec3::ZERO)],
+            )
+        })
         .collect()
 }
 
 fn rule(threshold_px: f64) -> Rule {
-    Rule { threshold_px, measure: Measure::Bound, size: SIZE }
+    Rule {
+        threshold_px,
+        measure: Measure::Bound,
+        size: SIZE,
+    }
 }
 
 fn judged(frames: &[FrameState<'_>], bounds: Bounds, threshold_px: f64) -> Segmented {
@@ -72,7 +88,10 @@ fn what_stays_is_immobile() {
     let there = DVec3::new(1.0, 0.0, 10.0);
     for bounds in [ball(1.0), Bounds::Unbounded, ball(100.0)] {
         let found = judged(&one(&[there; 5]), bounds, 0.0);
-        assert_eq!((found.class, &found.reason), (Class::Immobile, &Reason::Still));
+        assert_eq!(
+            (found.class, &found.reason),
+            (Class::Immobile, &Reason::Still)
+        );
         assert_eq!(found.motion_px, 0.0);
     }
 }
@@ -84,7 +103,11 @@ fn what_flies_with_its_pilot_is_not_immobile() {
     let frames: Vec<_> = (0..3)
         .map(|n| {
             let eye = DVec3::X * f64::from(n);
-            frame(n, camera_at(eye), vec![object(0, eye + DVec3::Z * 5.0, DVec3::ZERO)])
+            frame(
+                n,
+                camera_at(eye),
+                vec![object(0, eye + DVec3::Z * 5.0, DVec3::ZERO)],
+            )
         })
         .collect();
     let found = judged(&frames, ball(1.0), 1.0);
@@ -98,10 +121,20 @@ fn little_and_far_motion_are_told_apart_by_the_threshold() {
     let slow = judged(&frames, ball(1.0), 1.2);
     assert_eq!(slow.class, Class::Slow);
     assert!((0.83..1.2).contains(&slow.motion_px), "{}", slow.motion_px);
-    assert!(slow.reason.to_string().starts_with("moved "), "{}", slow.reason);
+    assert!(
+        slow.reason.to_string().starts_with("moved "),
+        "{}",
+        slow.reason
+    );
     let fast = judged(&frames, ball(1.0), 0.5);
     assert_eq!(fast.class, Class::Fast);
-    assert!(fast.reason.to_string().contains("px > 0.5 px until frame 11"), "{}", fast.reason);
+    assert!(
+        fast.reason
+            .to_string()
+            .contains("px > 0.5 px until frame 11"),
+        "{}",
+        fast.reason
+    );
     // Nothing that moves is slow at a threshold of 0.
     assert_eq!(judged(&frames, ball(1.0), 0.0).class, Class::Fast);
 }
@@ -112,13 +145,21 @@ fn every_frame_is_looked_at_and_not_the_end_alone() {
     let frames = one(&[DVec3::Z * 10.0, DVec3::new(3.0, 0.0, 10.0), DVec3::Z * 10.0]);
     let found = judged(&frames, ball(1.0), 5.0);
     assert_eq!(found.class, Class::Fast);
-    assert!(found.reason.to_string().contains("until frame 11"), "{}", found.reason);
+    assert!(
+        found.reason.to_string().contains("until frame 11"),
+        "{}",
+        found.reason
+    );
     // The same for a full turn on the way to nothing.
     let turned: Vec<_> = [0.0, 180.0, 360.0]
         .iter()
         .zip(0..)
         .map(|(&angle, n)| {
-            frame(n, camera_at(DVec3::ZERO), vec![object(0, DVec3::Z * 10.0, DVec3::Y * angle)])
+            frame(
+                n,
+                camera_at(DVec3::ZERO),
+                vec![object(0, DVec3::Z * 10.0, DVec3::Y * angle)],
+            )
         })
         .collect();
     assert_eq!(judged(&turned, ball(1.0), 5.0).class, Class::Fast);
@@ -127,8 +168,15 @@ fn every_frame_is_looked_at_and_not_the_end_alone() {
 #[test]
 fn out_of_view_all_the_time_is_clipped() {
     let far_left = DVec3::new(-100.0, 0.0, 10.0);
-    let found = judged(&one(&[far_left, far_left - DVec3::X * 50.0]), ball(1.0), 1.0);
-    assert_eq!((found.class, &found.reason), (Class::Clipped, &Reason::OutOfView));
+    let found = judged(
+        &one(&[far_left, far_left - DVec3::X * 50.0]),
+        ball(1.0),
+        1.0,
+    );
+    assert_eq!(
+        (found.class, &found.reason),
+        (Class::Clipped, &Reason::OutOfView)
+    );
     let behind = judged(&one(&[DVec3::Z * -5.0, DVec3::Z * -9.0]), ball(1.0), 1.0);
     assert_eq!(behind.class, Class::Clipped);
 }
@@ -148,11 +196,14 @@ fn filling_the_view_is_not_clipped() {
 
 #[test]
 fn entering_the_view_names_the_frame() {
-    let places: Vec<DVec3> =
-        (0..12).map(|k| DVec3::new(-40.0 + 4.0 * f64::from(k), 0.0, 10.0)).collect();
+    let places: Vec<DVec3> = (0..12)
+        .map(|k| DVec3::new(-40.0 + 4.0 * f64::from(k), 0.0, 10.0))
+        .collect();
     let found = judged(&one(&places), ball(1.0), 1.0);
     assert_eq!(found.class, Class::Fast);
-    let Reason::EntersView { frame } = found.reason else { panic!("{}", found.reason) };
+    let Reason::EntersView { frame } = found.reason else {
+        panic!("{}", found.reason)
+    };
     // At z = 10 the view ends at −5.77; the ball of radius 1 is seen from −6.9
     // on: after −8, on the way to −4, in the tenth frame.
     assert_eq!(frame, 19);
@@ -166,7 +217,10 @@ fn an_observer_inside_and_an_ellipse_without_end() {
     let beside = DVec3::new(2.0, 0.0, 1.0);
     let unbounded = judged(&one(&[beside, beside * 1.01]), ball(2.0), 1.0);
     assert_eq!(unbounded.class, Class::Fast);
-    assert_eq!(unbounded.reason.to_string(), "unbounded ellipse in frame 10");
+    assert_eq!(
+        unbounded.reason.to_string(),
+        "unbounded ellipse in frame 10"
+    );
     assert_eq!(unbounded.motion_px, f64::INFINITY);
 }
 
@@ -174,25 +228,43 @@ fn an_observer_inside_and_an_ellipse_without_end() {
 fn endless_and_empty_objects() {
     let frames = one(&[DVec3::ZERO, DVec3::Y]);
     let plane = judged(&frames, Bounds::Unbounded, 1e9);
-    assert_eq!((plane.class, &plane.reason), (Class::Fast, &Reason::Endless));
+    assert_eq!(
+        (plane.class, &plane.reason),
+        (Class::Fast, &Reason::Endless)
+    );
     let nothing = judged(&frames, Bounds::Empty, 0.0);
-    assert_eq!((nothing.class, &nothing.reason), (Class::Clipped, &Reason::Empty));
+    assert_eq!(
+        (nothing.class, &nothing.reason),
+        (Class::Clipped, &Reason::Empty)
+    );
 }
 
 #[test]
 fn who_comes_goes_or_changes_is_fast() {
     let here = DVec3::Z * 10.0;
     let still = |n: u32, ids: &[u32]| {
-        let objects = ids.iter().map(|&id| object(id, here, DVec3::ZERO)).collect();
+        let objects = ids
+            .iter()
+            .map(|&id| object(id, here, DVec3::ZERO))
+            .collect();
         frame(n, camera_at(DVec3::ZERO), objects)
     };
     // 0 stays, 1 goes, 2 comes, 3 is away for a while; the order changes too.
-    let frames = [still(0, &[0, 1, 3]), still(1, &[2, 0]), still(2, &[3, 2, 0])];
+    let frames = [
+        still(0, &[0, 1, 3]),
+        still(1, &[2, 0]),
+        still(2, &[3, 2, 0]),
+    ];
     let all = segment(&frames, |_| ball(1.0), &rule(1.0));
     let classes: Vec<(u32, Class)> = all.iter().map(|s| (s.object.0, s.class)).collect();
     assert_eq!(
         classes,
-        [(0, Class::Immobile), (1, Class::Fast), (2, Class::Fast), (3, Class::Fast)]
+        [
+            (0, Class::Immobile),
+            (1, Class::Fast),
+            (2, Class::Fast),
+            (3, Class::Fast)
+        ]
     );
     assert_eq!(all[1].reason.to_string(), "is not there in frame 1");
     assert_eq!(all[2].reason.to_string(), "is not there in frame 0");
@@ -214,7 +286,10 @@ fn a_light_that_changes_keeps_nothing() {
     let mut frames = one(&[DVec3::Z * 10.0; 2]);
     frames[1].lights = &lights;
     let found = judged(&frames, ball(1.0), 1.0);
-    assert_eq!((found.class, &found.reason), (Class::Fast, &Reason::SurroundingsChange));
+    assert_eq!(
+        (found.class, &found.reason),
+        (Class::Fast, &Reason::SurroundingsChange)
+    );
 }
 
 #[test]
@@ -222,7 +297,13 @@ fn numbers_out_of_the_world_are_fast_and_never_nan() {
     let wild = [f64::MAX, f64::MIN_POSITIVE, 1e300, 1e-300, 1e8, -1e8, 0.0];
     for &a in &wild {
         for &b in &wild {
-            for bounds in [ball(0.0), ball(1e-12), ball(1.0), ball(1e300), Bounds::Unbounded] {
+            for bounds in [
+                ball(0.0),
+                ball(1e-12),
+                ball(1.0),
+                ball(1e300),
+                Bounds::Unbounded,
+            ] {
                 let frames = one(&[DVec3::new(a, b, 1.0), DVec3::new(b, a, 1.0 + 1e-6)]);
                 for threshold in [0.0, 1e-9, 1e9] {
                     let found = judged(&frames, bounds, threshold);
@@ -250,11 +331,18 @@ fn any_number_of_threads_gives_the_same() {
         })
         .collect();
     let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| segment(&frames, |_| ball(0.3), &rule(1.0)))
     };
     let one_thread = with(1);
-    assert!(Class::ALL[1..].iter().all(|class| one_thread.iter().any(|s| s.class == *class)));
+    assert!(
+        Class::ALL[1..]
+            .iter()
+            .all(|class| one_thread.iter().any(|s| s.class == *class))
+    );
     assert_eq!(one_thread, with(4));
 }
 
@@ -271,7 +359,11 @@ fn ladybirds() -> Stage {
 #[test]
 fn no_point_of_a_slow_ladybird_moves_farther_than_the_threshold() {
     let stage = ladybirds();
-    for (threshold_px, measure) in [(1.0, Measure::Bound), (4.0, Measure::Bound), (4.0, Measure::Thesis)] {
+    for (threshold_px, measure) in [
+        (1.0, Measure::Bound),
+        (4.0, Measure::Bound),
+        (4.0, Measure::Thesis),
+    ] {
         let wishes = Wishes {
             mode: Mode::Equivalent,
             threshold_px,
@@ -299,7 +391,9 @@ fn no_point_of_a_slow_ladybird_moves_farther_than_the_threshold() {
                 }
             }
         }
-        println!("{measure:?}, threshold {threshold_px}: {slow} slow, largest motion {largest:.3} px");
+        println!(
+            "{measure:?}, threshold {threshold_px}: {slow} slow, largest motion {largest:.3} px"
+        );
         assert!(slow > 0, "nothing is slow: the test shows nothing");
         if measure == Measure::Bound {
             assert!(largest <= threshold_px, "{largest} px");
@@ -325,7 +419,9 @@ fn farthest(
         let unit = DVec3::new(flat * turn.cos(), flat * turn.sin(), z);
         let point = sphere.centre + unit * sphere.radius;
         let see = |state: &FrameState<'_>, pose: Pose| {
-            state.camera.project(stage.size(), pose.transform().transform_point3(point))
+            state
+                .camera
+                .project(stage.size(), pose.transform().transform_point3(point))
         };
         if let (Some(a), Some(b)) = (see(first, before), see(now, after)) {
             largest = largest.max((b.0 - a.0).hypot(b.1 - a.1));

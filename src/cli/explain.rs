@@ -76,19 +76,28 @@ pub fn run(args: &ExplainArgs) -> Result<Status, Failure> {
     let plan = plan(&stage, args.wishes.wishes(frames, false))?;
     let Some(mut explanation) = explain(&stage, &plan, args.frame) else {
         let asked = (args.frame, args.frame);
-        return Err(crate::plan::PlanError::NoSuchFrames { film: frames, asked }.into());
+        return Err(crate::plan::PlanError::NoSuchFrames {
+            film: frames,
+            asked,
+        }
+        .into());
     };
     if let Some(name) = &args.object {
         explanation.objects.retain(|object| object.name == *name);
         if explanation.objects.is_empty() {
-            return Err(Failure::usage(format!("frame {} has no object `{name}`", args.frame)));
+            return Err(Failure::usage(format!(
+                "frame {} has no object `{name}`",
+                args.frame
+            )));
         }
     }
     if let Some(path) = &args.out {
         let frame = picture(&stage, &explanation, args, &cancel)?;
         let drawn = diagram::draw(&frame, &explanation);
         let mut bytes = std::io::Cursor::new(Vec::new());
-        drawn.write_to(&mut bytes, image::ImageFormat::Png).map_err(Failure::internal)?;
+        drawn
+            .write_to(&mut bytes, image::ImageFormat::Png)
+            .map_err(Failure::internal)?;
         write_safely(path, bytes.get_ref())?;
     }
     if args.json {
@@ -158,14 +167,29 @@ fn line(object: &Explained) -> ObjectLine<'_> {
 }
 
 fn tell(explanation: &Explanation) {
-    say!("frame {} of the period from {}", explanation.frame, explanation.start);
+    say!(
+        "frame {} of the period from {}",
+        explanation.frame,
+        explanation.start
+    );
     if let Some(reason) = &explanation.whole {
         say!("rendered whole: {reason}");
     }
-    let width = explanation.objects.iter().map(|o| o.name.len()).max().unwrap_or(0).max(6);
+    let width = explanation
+        .objects
+        .iter()
+        .map(|o| o.name.len())
+        .max()
+        .unwrap_or(0)
+        .max(6);
     say!(
         "{:width$}  {:9} {:>10} {:>11} {:>10} {:>12}  reason",
-        "object", "class", "motion px", "translation", "rotation", "area px"
+        "object",
+        "class",
+        "motion px",
+        "translation",
+        "rotation",
+        "area px"
     );
     let number = |value: Option<f64>| match value {
         Some(value) => format!("{value:.2}"),

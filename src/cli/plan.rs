@@ -133,7 +133,8 @@ fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
         let last = period.start + period.len() - 1;
         say!(
             "frames {} to {last}: about {:.1} s",
-            period.start, price.wall_s
+            period.start,
+            price.wall_s
         );
         if let Some(reason) = &period.whole {
             say!("  rendered frame by frame: {reason}");

@@ -102,7 +102,9 @@ struct FrameLine<'a> {
 /// Runs the verb.
 pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
     if args.apng.is_some() && args.format == Format::Exr {
-        return Err(Failure::usage("--apng is made of PNG frames: leave out --format exr"));
+        return Err(Failure::usage(
+            "--apng is made of PNG frames: leave out --format exr",
+        ));
     }
     let clock = Clock::start();
     let cancel = cancelled_by_ctrl_c();
@@ -117,8 +119,9 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
     write_safely(&args.out.join("decor.json"), text.as_bytes())?;
     if let Some(path) = &args.apng {
         let format = args.format.picture();
-        let files: Vec<PathBuf> =
-            (frames.0..=frames.1).map(|n| args.out.join(name(n, format))).collect();
+        let files: Vec<PathBuf> = (frames.0..=frames.1)
+            .map(|n| args.out.join(name(n, format)))
+            .collect();
         write_apng(&files, path, args.fps)?;
     }
     if args.json {

@@ -144,9 +144,7 @@ fn decibels(psnr: f64) -> String {
 fn depth_words(depth: &DepthMetrics) -> String {
     let mut words = format!(
         "depth: largest difference {:.2e} ({:.1e} of it), {} pixels differ",
-        depth.max_absolute,
-        depth.max_relative,
-        depth.unequal,
+        depth.max_absolute, depth.max_relative, depth.unequal,
     );
     if depth.surface_in_one > 0 {
         words += &format!(", {} have a surface in one only", depth.surface_in_one);

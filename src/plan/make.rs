@@ -54,9 +54,15 @@ pub fn plan(stage: &Stage, wishes: Wishes) -> Result<Plan, PlanError> {
     let film = (*stage.film.frames().start(), *stage.film.frames().end());
     let (first, last) = wishes.frames;
     if first < film.0 || last > film.1 || first > last {
-        return Err(PlanError::NoSuchFrames { film, asked: wishes.frames });
+        return Err(PlanError::NoSuchFrames {
+            film,
+            asked: wishes.frames,
+        });
     }
-    let maker = Maker { stage, wishes: &wishes };
+    let maker = Maker {
+        stage,
+        wishes: &wishes,
+    };
     if wishes.mode != Mode::Full {
         maker.check_layerable()?;
     }
@@ -120,8 +126,9 @@ impl<'a> Maker<'a> {
             Some(length) => end.min(start.saturating_add(length - 1)),
             None => end,
         };
-        let still =
-            self.run(start, last, |a, b| same_environment(a, b) && a.camera == b.camera);
+        let still = self.run(start, last, |a, b| {
+            same_environment(a, b) && a.camera == b.camera
+        });
         if still > start || start == last {
             return self.period(start, stated(still));
         }
@@ -172,7 +179,8 @@ impl<'a> Maker<'a> {
     fn cheapest_period(&self, start: u32, end: u32) -> Period {
         let longest = end - start + 1;
         let lengths = LENGTHS.iter().copied().filter(|&l| l <= longest);
-        let lengths = lengths.chain((longest > 1 && !LENGTHS.contains(&longest)).then_some(longest));
+        let lengths =
+            lengths.chain((longest > 1 && !LENGTHS.contains(&longest)).then_some(longest));
         let tried = lengths.map(|length| {
             let mut period = self.laid(start, start + length - 1);
             let cost = self.cost(&period) / f64::from(length);
@@ -242,7 +250,12 @@ impl<'a> Maker<'a> {
             None
         };
         let count = (end - start + 1) as usize;
-        let mut period = Period { start, frames: vec![FramePlan::Whole; count], objects, whole };
+        let mut period = Period {
+            start,
+            frames: vec![FramePlan::Whole; count],
+            objects,
+            whole,
+        };
         if period.whole.is_none() {
             self.lay(&mut period, &first);
         }
@@ -257,7 +270,11 @@ impl<'a> Maker<'a> {
         let shown: Vec<Window> = first
             .objects
             .iter()
-            .filter(|object| classes.get(&object.id).is_some_and(|class| class.in_decor()))
+            .filter(|object| {
+                classes
+                    .get(&object.id)
+                    .is_some_and(|class| class.in_decor())
+            })
             .filter(|object| self.is_optical(object))
             .map(|object| self.window(object, first))
             .collect();
@@ -283,9 +300,21 @@ impl<'a> Maker<'a> {
 
     fn cost(&self, period: &Period) -> f64 {
         let all = self.stage.size().pixels() as f64;
-        let decor = if period.merges() { all * (1.0 + DEPTH_SHARE) } else { all };
-        let frames: f64 = period.frames.iter().map(|frame| self.frame_cost(frame)).sum();
-        if period.has_decor() { decor + frames } else { frames }
+        let decor = if period.merges() {
+            all * (1.0 + DEPTH_SHARE)
+        } else {
+            all
+        };
+        let frames: f64 = period
+            .frames
+            .iter()
+            .map(|frame| self.frame_cost(frame))
+            .sum();
+        if period.has_decor() {
+            decor + frames
+        } else {
+            frames
+        }
     }
 
     fn give_up_if_dear(&self, period: &mut Period) {
@@ -318,7 +347,9 @@ impl<'a> Maker<'a> {
         let mut blocks = BlockSet::none(size);
         let mut merged: Vec<Window> = Vec::new();
         // Where nothing moves, mirrors show nothing new.
-        let alive = classes.values().any(|class| !matches!(class, Class::Immobile));
+        let alive = classes
+            .values()
+            .any(|class| !matches!(class, Class::Immobile));
         // Is what moves drawn from the full scene, and not merged?
         let all_from_scene = self.wishes.mode == Mode::Exact || self.no_coverage(state);
         for object in &state.objects {
@@ -344,13 +375,15 @@ impl<'a> Maker<'a> {
         if !self.wishes.with_depth {
             merged.retain(|&window| !blocks.contains(window));
         }
-        FramePlan::Layered { fast: gathered(&merged, size), blocks }
+        FramePlan::Layered {
+            fast: gathered(&merged, size),
+            blocks,
+        }
     }
 
     /// Is antialiasing on, and coverage not to be had?
     fn no_coverage(&self, state: &FrameState<'_>) -> bool {
         let surroundings = self.stage.surroundings(state);
-        state.antialias.is_some()
-            && (surroundings.sky_on_objects || !self.abilities().coverage)
+        state.antialias.is_some() && (surroundings.sky_on_objects || !self.abilities().coverage)
     }
 }

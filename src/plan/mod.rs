@@ -100,7 +100,10 @@ impl fmt::Display for WholeReason {
         match self {
             Self::Asked => write!(f, "asked for"),
             Self::SurroundingsChange => {
-                write!(f, "a light, the background or the sky changes in every frame")
+                write!(
+                    f,
+                    "a light, the background or the sky changes in every frame"
+                )
             }
             Self::ObserverMoves => write!(f, "the observer moves"),
             Self::SkyMoves => write!(f, "the observer moves before a sky"),

@@ -76,7 +76,9 @@ impl DrawTarget for Canvas {
         I: IntoIterator<Item = Pixel<Rgb888>>,
     {
         for Pixel(point, colour) in pixels {
-            let (Ok(x), Ok(y)) = (u32::try_from(point.x), u32::try_from(point.y)) else { continue };
+            let (Ok(x), Ok(y)) = (u32::try_from(point.x), u32::try_from(point.y)) else {
+                continue;
+            };
             if let Some(pixel) = self.picture.get_pixel_mut_checked(x, y) {
                 *pixel = Rgb([colour.r(), colour.g(), colour.b()]);
             }
@@ -100,7 +102,10 @@ impl Canvas {
             let Rgb(c) = *frame.get_pixel(x / scale, y / scale);
             Rgb(c.map(|v| (u16::from(v) * 5 / 8) as u8))
         });
-        Self { picture, frame_height: height }
+        Self {
+            picture,
+            frame_height: height,
+        }
     }
 
     fn tint(&mut self, block: Window, scale: u32) {
@@ -116,7 +121,8 @@ impl Canvas {
 
     fn outline(&mut self, window: Window, scale: u32) {
         let at = Point::new((window.x * scale) as i32, (window.y * scale) as i32);
-        let size = embedded_graphics::prelude::Size::new(window.width * scale, window.height * scale);
+        let size =
+            embedded_graphics::prelude::Size::new(window.width * scale, window.height * scale);
         let Ok(()) = Rectangle::new(at, size)
             .into_styled(PrimitiveStyle::with_stroke(WINDOW, 1))
             .draw(self);
@@ -149,9 +155,18 @@ impl Canvas {
         let mut x = 8;
         let y = self.frame_height as i32 + ROW as i32 - 4;
         for class in Class::ALL {
-            let count = explanation.objects.iter().filter(|o| o.class == class).count();
-            let swatch = Rectangle::new(Point::new(x, y - 10), embedded_graphics::prelude::Size::new(12, 12));
-            let Ok(()) = swatch.into_styled(PrimitiveStyle::with_fill(colour(class))).draw(self);
+            let count = explanation
+                .objects
+                .iter()
+                .filter(|o| o.class == class)
+                .count();
+            let swatch = Rectangle::new(
+                Point::new(x, y - 10),
+                embedded_graphics::prelude::Size::new(12, 12),
+            );
+            let Ok(()) = swatch
+                .into_styled(PrimitiveStyle::with_fill(colour(class)))
+                .draw(self);
             let label = format!("{class} {count}");
             let Ok(_) = Text::new(&label, Point::new(x + 18, y), white).draw(self);
             x += 18 + 7 * label.len() as i32 + 18;
