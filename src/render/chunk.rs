@@ -40,11 +40,9 @@ pub struct Execution<'a> {
 
 /// What the frames of a period begin with.
 pub struct PeriodGround {
-    period: usize,
     /// Colour, and depth where a merge needs it; `None` without a décor.
     decor: Option<Layer>,
     ground: Ground,
-    fast: HashSet<ObjectId>,
     /// The file of a frame that is the décor, and nothing else.
     unchanged: OnceLock<Vec<u8>>,
 }
@@ -124,19 +122,12 @@ impl Execution<'_> {
     pub fn ground(&self, index: usize) -> Result<PeriodGround, RenderError> {
         let period = self.period(index);
         let size = self.stage.size();
-        let fast: HashSet<ObjectId> = period
-            .objects
-            .iter()
-            .filter(|o| !o.class.in_decor())
-            .map(|o| o.object)
-            .collect();
+        let fast = fast_objects(period);
         let layered = period.frames.iter().any(|f| *f != FramePlan::Whole);
         if !period.has_decor() || !layered {
             return Ok(PeriodGround {
-                period: index,
                 decor: None,
                 ground: Ground::empty(size, &self.encoder()),
-                fast,
                 unchanged: OnceLock::new(),
             });
         }
@@ -178,21 +169,29 @@ impl Execution<'_> {
         }
         let ground = Ground::decor(&decor, size, &self.encoder());
         Ok(PeriodGround {
-            period: index,
             decor: Some(decor),
             ground,
-            fast,
             unchanged: OnceLock::new(),
         })
     }
 
-    /// Renders, merges and writes some frames of a period.
-    pub fn chunk(&self, ground: &PeriodGround, frames: Range<u32>) -> Result<(), RenderError> {
+    /// Renders, merges and writes some frames of a period. `ground` waits for its
+    /// décor: it is called when the frames' own layers are there. Where the
+    /// décor failed, nothing is written; that error is told elsewhere.
+    pub fn chunk<'g>(
+        &self,
+        period: usize,
+        frames: Range<u32>,
+        ground: impl FnOnce() -> Option<&'g PeriodGround>,
+    ) -> Result<(), RenderError> {
         if self.run.is_cancelled() {
             return Err(AdapterError::Cancelled.into());
         }
-        let shots = self.shots(ground, frames.clone());
+        let shots = self.shots(period, frames.clone());
         let mut layers = self.layers(shots, frames.start)?;
+        let Some(ground) = ground() else {
+            return Ok(());
+        };
         for number in frames {
             let patches = self.patches(ground, number, &mut layers);
             self.write(ground, number, &patches)?;
@@ -201,8 +200,9 @@ impl Execution<'_> {
     }
 
     /// What the renderer is to draw, by pass.
-    fn shots(&self, ground: &PeriodGround, frames: Range<u32>) -> BTreeMap<Pass, Vec<LayerShot>> {
-        let period = self.period(ground.period);
+    fn shots(&self, period: usize, frames: Range<u32>) -> BTreeMap<Pass, Vec<LayerShot>> {
+        let period = self.period(period);
+        let fast_objects = fast_objects(period);
         let mut shots: BTreeMap<Pass, Vec<LayerShot>> = BTreeMap::new();
         for number in frames {
             let state = self.stage.film.frame(number);
@@ -226,7 +226,7 @@ impl Execution<'_> {
                 FramePlan::Layered { fast, blocks } => {
                     if !fast.is_empty() {
                         let scene = Arc::new(self.stage.scene(&state, |object| {
-                            ground.fast.contains(&object.id)
+                            fast_objects.contains(&object.id)
                                 && self.belongs_to_layer(object, &state)
                         }));
                         for window in fast {
@@ -447,6 +447,12 @@ impl Execution<'_> {
         (self.watch)(number, &path);
         Ok(())
     }
+}
+
+/// The objects of a period that are rendered in every frame.
+fn fast_objects(period: &Period) -> HashSet<ObjectId> {
+    let fast = period.objects.iter().filter(|o| !o.class.in_decor());
+    fast.map(|o| o.object).collect()
 }
 
 /// Shots that one call can render well: a call has one picture size, and a

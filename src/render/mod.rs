@@ -147,10 +147,7 @@ pub fn render(
         cancel: Arc::clone(&options.cancel),
         tally: Arc::clone(&tally),
     };
-    let jobs = options
-        .jobs
-        .unwrap_or_else(|| stage.adapter.abilities().jobs)
-        .max(1);
+    let jobs = options.jobs.unwrap_or_else(|| default_jobs(stage)).max(1);
     let execution = chunk::Execution {
         stage,
         plan,
@@ -170,6 +167,18 @@ pub fn render(
         pictures,
         traced: execution.traced.read(),
     })
+}
+
+/// Calls at once, where nobody says otherwise. A large picture keeps its core
+/// busy by itself: more calls would only take turns, and memory.
+fn default_jobs(stage: &Stage) -> usize {
+    const LARGE_PIXELS: usize = 1 << 19;
+    let jobs = stage.adapter.abilities().jobs;
+    if stage.size().pixels() > LARGE_PIXELS {
+        jobs / 2
+    } else {
+        jobs
+    }
 }
 
 /// The folder that the renderer works in: temporary, unless it is kept.

@@ -40,7 +40,8 @@ pub struct Abilities {
     pub shadows: bool,
     /// Are mirrors and glass drawn? If not, every object is opaque and dull.
     pub optics: bool,
-    /// How many of its calls run side by side with profit, on this machine.
+    /// How many of its calls run side by side with profit, on this machine, where
+    /// pictures are small.
     pub jobs: usize,
     /// Seconds that one call takes before and after any picture.
     pub call_overhead_s: f64,

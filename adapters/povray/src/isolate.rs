@@ -79,6 +79,10 @@ pub fn isolate(
             library,
             &fragment.root,
         ));
+        if k == 0 && tree.own.iter().any(|(_, text)| states_version(text)) {
+            // The language version of a fragment is its own, too.
+            out.extend_from_slice(b"#version 3.7;\n");
+        }
         written.push((files[path.as_path()].clone(), out));
     }
     written
@@ -125,6 +129,10 @@ fn rewrite(
     // The last line may be a comment: what follows must not be part of it.
     out.push(b'\n');
     out
+}
+
+fn states_version(text: &[u8]) -> bool {
+    tokens(text).iter().any(|token| token.is("#version"))
 }
 
 struct Declared {
@@ -203,6 +211,12 @@ mod tests {
             isolated("sphere { 0, Size }", &film),
             "sphere { 0, Size }\n"
         );
+    }
+
+    #[test]
+    fn the_language_version_stays_inside() {
+        let out = isolated("#version 3.5;\nsphere { 0, 1 }", &[]);
+        assert_eq!(out, "#version 3.5;\nsphere { 0, 1 }\n#version 3.7;\n");
     }
 
     #[test]
