@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use decor_api::{
-    Adapter, AdapterError, Antialias, Instance, NativeFile, Prototype, PrototypeId, RunContext,
-    Scene, Size, Surroundings,
+    Adapter, AdapterError, Antialias, Fragment, Instance, NativeFile, Prototype, PrototypeId,
+    RunContext, Scene, Size, Surroundings,
 };
 
 use crate::film::{Film, FilmErrors, FrameState, NamedFile, ObjectState};
-use crate::objects::{Cache, Library, ObjectError};
+use crate::objects::{Cache, Library, ObjectError, content_hash};
 
 /// Why there is nothing to film.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -198,12 +198,14 @@ impl Stage {
         for (_, prototype) in self.library.table.iter() {
             add(prototype.hash.as_bytes());
         }
-        for file in self
-            .includes
-            .iter()
-            .chain(self.skies.iter().map(|(_, file)| file))
-        {
-            add(&file.text);
+        let skies = self.skies.iter().map(|(_, file)| file);
+        for file in self.includes.iter().chain(skies) {
+            // With all the files that it reads in turn.
+            let fragment = Fragment {
+                file: file.clone(),
+                language: "inc".into(),
+            };
+            add(content_hash(&fragment).as_bytes());
         }
         add(self.adapter.name().as_bytes());
         add(self.adapter.abilities().version.as_bytes());

@@ -157,7 +157,7 @@ fn layered(
         BTreeSet::new()
     };
     // What is there belongs to this job from now on, also if it is interrupted.
-    write_safely(&args.out.join(JOB_FILE), summary.job.as_bytes())?;
+    let log = JobLog::begin(&args.out, &summary.job, &skip)?;
     let options = Options {
         out: args.out.clone(),
         format,
@@ -171,6 +171,7 @@ fn layered(
     let progress = Progress::new(left, quiet || args.json);
     let watch = |frame: u32, file: &Path| {
         progress.frame();
+        log.finished(frame);
         if args.json {
             // A reader that went away is found out at the end, by the summary.
             let _ = print_json(&FrameLine { frame, file });
@@ -189,23 +190,62 @@ fn layered(
     Ok(summary)
 }
 
-/// Where the job of an unfinished run is noted.
+/// Where the job of an unfinished run is noted, and which frames it has
+/// finished: a line each. What else is in the folder is another job's.
 const JOB_FILE: &str = ".decor-job";
 
-/// The frames that an earlier run of the same job has left. Frames are renamed
-/// into place: one that is there is whole.
-fn finished(args: &RenderArgs, job: &str, frames: (u32, u32)) -> BTreeSet<u32> {
-    let unfinished = std::fs::read_to_string(args.out.join(JOB_FILE)).ok();
-    let complete = || {
-        let text = std::fs::read_to_string(args.out.join("decor.json")).ok()?;
-        let value: serde_json::Value = serde_json::from_str(&text).ok()?;
-        Some(value.get("job")?.as_str()?.to_owned())
-    };
-    if unfinished.or_else(complete).as_deref() != Some(job) {
-        return BTreeSet::new();
+/// The note of an unfinished run.
+struct JobLog(std::sync::Mutex<std::fs::File>);
+
+impl JobLog {
+    /// Notes the job, and the frames that are kept.
+    fn begin(out: &Path, job: &str, kept: &BTreeSet<u32>) -> Result<Self, Failure> {
+        let path = out.join(JOB_FILE);
+        let lines: String = kept.iter().map(|frame| format!("{frame}\n")).collect();
+        write_safely(&path, format!("{job}\n{lines}").as_bytes())?;
+        let file = std::fs::OpenOptions::new().append(true).open(&path);
+        let file = file.map_err(|source| Failure::write(&path, source))?;
+        Ok(Self(std::sync::Mutex::new(file)))
     }
+
+    /// One more frame is in its place.
+    fn finished(&self, frame: u32) {
+        use std::io::Write as _;
+        let mut file = self
+            .0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        // A frame that is not noted is rendered again: no harm is done.
+        let _ = file.write_all(format!("{frame}\n").as_bytes());
+    }
+}
+
+/// The frames that an earlier run of the same job has left, finished or not.
+/// Frames are renamed into place: one that is there is whole.
+fn finished(args: &RenderArgs, job: &str, frames: (u32, u32)) -> BTreeSet<u32> {
+    let noted: BTreeSet<u32> = match std::fs::read_to_string(args.out.join(JOB_FILE)) {
+        Ok(note) => {
+            let mut lines = note.lines();
+            if lines.next() != Some(job) {
+                return BTreeSet::new();
+            }
+            lines.filter_map(|line| line.parse().ok()).collect()
+        }
+        Err(_) => {
+            let complete = || {
+                let text = std::fs::read_to_string(args.out.join("decor.json")).ok()?;
+                let value: serde_json::Value = serde_json::from_str(&text).ok()?;
+                let same = value.get("job")?.as_str()? == job;
+                let first = u32::try_from(value.get("first_frame")?.as_u64()?).ok()?;
+                let count = u32::try_from(value.get("frames")?.as_u64()?).ok()?;
+                same.then(|| (first..first.saturating_add(count)).collect())
+            };
+            complete().unwrap_or_default()
+        }
+    };
     let format = args.format.picture();
-    (frames.0..=frames.1)
+    let wanted = noted.range(frames.0..=frames.1).copied();
+    wanted
         .filter(|n| args.out.join(name(*n, format)).is_file())
         .collect()
 }
@@ -248,6 +288,8 @@ fn baseline(
     };
     let files = stage.adapter.baseline(&request, &run)?;
     make_folder(&args.out)?;
+    // What an interrupted run has noted is written over now.
+    let _ = std::fs::remove_file(args.out.join(JOB_FILE));
     for (number, file) in files {
         let bytes = std::fs::read(&file).map_err(|source| {
             Failure::from(decor_api::AdapterError::BadOutput {
@@ -286,7 +328,8 @@ fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
     let mode = args.wishes.mode.unwrap_or(Mode::Equivalent);
     let job = blake3::hash(
         format!(
-            "{} {:?} {}",
+            "{} {} {:?} {}",
+            args.baseline,
             stage.key(),
             args.wishes.wishes(frames, args.format == Format::Exr),
             args.format.text()

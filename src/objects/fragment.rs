@@ -203,7 +203,7 @@ impl Dependencies {
 /// The hash of a fragment's content, in hexadecimal: two of the same are one
 /// prototype. The same text in another folder may find other files beside it,
 /// so the folder counts wherever a file might be named.
-pub(super) fn content_hash(fragment: &Fragment) -> String {
+pub(crate) fn content_hash(fragment: &Fragment) -> String {
     let mut content = Dependencies::new();
     content.add(&fragment.file);
     hash_part(&mut content.hasher, fragment.language.as_bytes());

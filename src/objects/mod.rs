@@ -20,6 +20,8 @@ pub mod mesh_file;
 pub mod neutral;
 mod neutral_values;
 
+pub(crate) use fragment::content_hash;
+
 pub use cache::Cache;
 pub use error::{ObjectError, ObjectProblem, TextError};
 pub use files::FileError;

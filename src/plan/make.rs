@@ -36,6 +36,9 @@ pub enum PlanError {
         /// Why.
         reason: String,
     },
+    /// The last number that there is cannot be a frame's.
+    #[error("frame {} is one too many: frame numbers end before it", u32::MAX)]
+    LastNumber,
     /// Frames were asked for that the film does not have.
     #[error("the film has frames {} to {}; {} to {} were asked for", film.0, film.1, asked.0, asked.1)]
     NoSuchFrames {
@@ -58,6 +61,9 @@ pub fn plan(stage: &Stage, wishes: Wishes) -> Result<Plan, PlanError> {
             film,
             asked: wishes.frames,
         });
+    }
+    if last == u32::MAX {
+        return Err(PlanError::LastNumber);
     }
     let maker = Maker {
         stage,

@@ -325,12 +325,13 @@ impl Execution<'_> {
             Pass::FastDepth => (Output::Depth, "fast_depth"),
             Pass::Blocks => (Output::ColourOverBackground, "blocks"),
         };
-        // In a film that nobody looked into, a scene may go by its clock.
-        let film = (self.plan.wishes.mode == Mode::Full && pass == Pass::Whole).then(|| {
-            (
-                *self.stage.film.frames().start(),
-                *self.stage.film.frames().end(),
-            )
+        // Whole frames may go by a clock, in an object or a declaration.
+        let consecutive = shots
+            .windows(2)
+            .all(|pair| pair[1].frame == pair[0].frame + 1);
+        let film = (pass == Pass::Whole && consecutive).then(|| {
+            let frames = self.stage.film.frames();
+            (*frames.start(), *frames.end())
         });
         LayerRequest {
             prototypes: &self.stage.library.table,

@@ -18,6 +18,10 @@ const ENDLESS: f64 = 9e9;
 /// of the largest coordinate covers both roundings.
 const ROUNDING: f64 = 3e-7;
 
+/// Parsing renders nothing: what takes longer hangs (a malformed picture can make
+/// POV-Ray wait for ever).
+const PARSE_LIMIT: std::time::Duration = std::time::Duration::from_secs(120);
+
 /// The file that the extents are written to.
 const EXTENTS: &str = "extents.txt";
 
@@ -101,7 +105,9 @@ impl Inspection<'_> {
         };
         run.tally.add_call(0);
         // The scene stops itself with #error: the file tells good from bad.
-        let ended = call.run(run)?;
+        let mut run = run.clone();
+        run.timeout = run.timeout.min(PARSE_LIMIT);
+        let ended = call.run(&run)?;
         let written = std::fs::read_to_string(&out).unwrap_or_default();
         let bounds: Option<Vec<Bounds>> = written.lines().map(parse).collect();
         Ok(match bounds {

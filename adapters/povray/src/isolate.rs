@@ -13,7 +13,7 @@ use crate::tokens::{Kind, Token, tokens};
 const LONGEST_NAME: usize = 40;
 
 /// The fragment's text and that of its own includes, as files named
-/// `{stem}.inc`, `{stem}_1.inc`, …; the fragment is the first.
+/// `decor_{stem}.inc`, `decor_{stem}_1.inc`, …; the fragment is the first.
 pub fn isolate(
     fragment: &NativeFile,
     film_includes: &[NativeFile],
@@ -21,7 +21,17 @@ pub fn isolate(
     stem: &str,
 ) -> Vec<(String, Vec<u8>)> {
     let tree = tree(fragment, library);
-    let kept = words_of(tree.library.iter().map(PathBuf::as_path));
+    let library_texts = library_texts(&tree.library, library);
+    let library_names: Vec<Declared> = library_texts
+        .iter()
+        .flat_map(|text| declared(&tokens(text)))
+        .collect();
+    let defined = |name: &[u8]| library_names.iter().any(|d| d.name == name);
+    let is_library_macro = |name: &[u8]| library_names.iter().any(|d| d.name == name && d.is_macro);
+    let kept = words_of(&library_texts);
+    // Names of the library's that the fragment declares anew: they begin with
+    // the library's value, behind each include.
+    let mut behind_includes = String::new();
     let film_words: HashSet<Vec<u8>> = film_includes
         .iter()
         .flat_map(|file| crate::sources::tree(file, library).own)
@@ -33,13 +43,19 @@ pub fn isolate(
     let mut inherited: Vec<Vec<u8>> = Vec::new();
     for (_, text) in &tree.own {
         for Declared { name, is_macro } in declared(&tokens(text)) {
-            if kept.contains(&name) || renamed.contains_key(&name) {
+            // What the library only reads may be a parameter of its own.
+            let is_parameter = kept.contains(&name) && !defined(&name);
+            if is_parameter || renamed.contains_key(&name) {
                 continue;
             }
             if film_words.contains(&name) && !is_macro {
                 inherited.push(name.clone());
             }
             let new = new_name(stem, renamed.len(), &name);
+            if defined(&name) && !is_macro && !is_library_macro(&name) {
+                let old = String::from_utf8_lossy(&name);
+                behind_includes.push_str(&format!(" #ifdef ({old}) #declare {new} = {old}; #end"));
+            }
             renamed.insert(name, new);
         }
     }
@@ -49,9 +65,9 @@ pub fn isolate(
         .enumerate()
         .map(|(k, (path, _))| {
             let name = if k == 0 {
-                format!("{stem}.inc")
+                format!("decor_{stem}.inc")
             } else {
-                format!("{stem}_{k}.inc")
+                format!("decor_{stem}_{k}.inc")
             };
             (path.as_path(), name)
         })
@@ -78,6 +94,7 @@ pub fn isolate(
             &files,
             library,
             &fragment.root,
+            &behind_includes,
         ));
         if k == 0 && tree.own.iter().any(|(_, text)| states_version(text)) {
             // The language version of a fragment is its own, too.
@@ -95,15 +112,22 @@ fn rewrite(
     files: &HashMap<&Path, String>,
     library: &Library,
     root: &Path,
+    behind_includes: &str,
 ) -> Vec<u8> {
     let found = tokens(text);
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut replaced: HashMap<usize, String> = HashMap::new();
     for (at, included) in includes(&found, library, folder, root) {
-        if let Included::Own(path) = included
-            && let Some(name) = files.get(path.as_path())
-        {
-            replaced.insert(at, format!("\"{name}\""));
+        match included {
+            Included::Own(path) => {
+                if let Some(name) = files.get(path.as_path()) {
+                    replaced.insert(at, format!("\"{name}\""));
+                }
+            }
+            Included::Library(_) if !behind_includes.is_empty() => {
+                replaced.insert(at, format!("{}{behind_includes}", found[at].text()));
+            }
+            _ => {}
         }
     }
     for (at, token) in found.iter().enumerate() {
@@ -144,7 +168,8 @@ fn declared(found: &[Token<'_>]) -> Vec<Declared> {
     let mut names = Vec::new();
     for pair in found.windows(2) {
         let is_macro = pair[0].is("#macro");
-        let declares = is_macro || pair[0].is("#declare") || pair[0].is("#local");
+        let declares =
+            is_macro || pair[0].is("#declare") || pair[0].is("#local") || pair[0].is("#undef");
         if declares && pair[1].kind == Kind::Word {
             names.push(Declared {
                 name: pair[1].bytes.to_vec(),
@@ -155,16 +180,36 @@ fn declared(found: &[Token<'_>]) -> Vec<Declared> {
     names
 }
 
-/// All words of library files: a name that they use may be a parameter of
-/// theirs, and keeps its spelling.
-fn words_of<'p>(files: impl Iterator<Item = &'p Path>) -> HashSet<Vec<u8>> {
-    files
-        .filter_map(|path| std::fs::read(path).ok())
-        .flat_map(|text| {
-            let words = tokens(&text).into_iter().filter(|t| t.kind == Kind::Word);
-            words.map(|t| t.bytes.to_vec()).collect::<Vec<_>>()
-        })
-        .collect()
+/// The texts of library files and of the library files that they include.
+fn library_texts(files: &[PathBuf], library: &Library) -> Vec<Vec<u8>> {
+    let mut open: Vec<PathBuf> = files.to_vec();
+    let mut seen: HashSet<PathBuf> = HashSet::new();
+    let mut texts = Vec::new();
+    while let Some(path) = open.pop() {
+        if !seen.insert(path.clone()) {
+            continue;
+        }
+        let Ok(text) = std::fs::read(&path) else {
+            continue;
+        };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        for (_, included) in includes(&tokens(&text), library, folder, folder) {
+            if let Included::Own(path) | Included::Library(path) = included {
+                open.push(path);
+            }
+        }
+        texts.push(text);
+    }
+    texts
+}
+
+/// All words of some texts.
+fn words_of(texts: &[Vec<u8>]) -> HashSet<Vec<u8>> {
+    let words = texts.iter().flat_map(|text| {
+        let words = tokens(text).into_iter().filter(|t| t.kind == Kind::Word);
+        words.map(|t| t.bytes.to_vec()).collect::<Vec<_>>()
+    });
+    words.collect()
 }
 
 fn new_name(stem: &str, number: usize, name: &[u8]) -> String {

@@ -115,6 +115,7 @@ impl PovRay {
             library: &self.library,
             precision: self.source.precision(),
             default_changed: around.default,
+            stateful: around.stateful,
         })
     }
 

@@ -143,6 +143,9 @@ pub struct Writer<'a> {
     pub precision: Precision,
     /// Do declarations change what objects look like by default?
     pub default_changed: bool,
+    /// Do declarations keep a state (random numbers, macros that count)? Then
+    /// every call reads every fragment, so that it is the same in all of them.
+    pub stateful: bool,
 }
 
 /// What a pass adds to the placed objects.
@@ -324,20 +327,22 @@ impl Writer<'_> {
             None => (&[], None),
         };
         for (k, include) in includes.iter().enumerate() {
-            let name = format!("include_{k}.inc");
+            let name = format!("decor_include_{k}.inc");
             main.push_str(&format!("#include \"{name}\"\n"));
             parts.push((name, with_newline(&include.text)));
         }
         main.push_str(settings);
         if let Some(sky) = sky.filter(|_| with_sky) {
-            main.push_str("#include \"sky.inc\"\n");
-            parts.push(("sky.inc".to_owned(), with_newline(&sky.text)));
+            main.push_str("#include \"decor_sky.inc\"\n");
+            // What a sky declares is its own, as a fragment's is.
+            parts.extend(isolate(sky, includes, self.library, "sky"));
         }
-        let used: BTreeSet<PrototypeId> = scenes
-            .iter()
-            .flat_map(|s| &s.instances)
-            .map(|i| i.prototype)
-            .collect();
+        let used: BTreeSet<PrototypeId> = if self.stateful {
+            prototypes.iter().map(|(id, _)| id).collect()
+        } else {
+            let instances = scenes.iter().flat_map(|s| &s.instances);
+            instances.map(|i| i.prototype).collect()
+        };
         for id in used {
             let prototype = prototypes.get(id);
             if prototype.bounds == decor_api::Bounds::Empty {
@@ -350,7 +355,7 @@ impl Writer<'_> {
                 Geometry::Fragment(fragment) => {
                     let stem = format!("P{}", id.0);
                     main.push_str(&format!(
-                        "#declare {} = union {{\n#include \"{stem}.inc\"\n}}\n",
+                        "#declare {} = union {{\n#include \"decor_{stem}.inc\"\n}}\n",
                         name(id)
                     ));
                     parts.extend(isolate(&fragment.file, includes, self.library, &stem));
@@ -358,10 +363,9 @@ impl Writer<'_> {
             }
         }
         match numbering.film {
-            None => main.push_str("#include \"frame_0.inc\"\n"),
-            Some(_) => {
-                main.push_str("#include concat(\"frame_\", str(frame_number, 0, 0), \".inc\")\n")
-            }
+            None => main.push_str("#include \"decor_frame_0.inc\"\n"),
+            Some(_) => main
+                .push_str("#include concat(\"decor_frame_\", str(frame_number, 0, 0), \".inc\")\n"),
         }
         let mut files = vec![(MAIN.to_owned(), main.into_bytes())];
         files.extend(parts);
@@ -371,7 +375,7 @@ impl Writer<'_> {
             } else {
                 0
             };
-            files.push((format!("frame_{number}.inc"), text.into_bytes()));
+            files.push((format!("decor_frame_{number}.inc"), text.into_bytes()));
         }
         SceneText { files }
     }
@@ -429,13 +433,16 @@ pub fn extents(
     let mut main = String::from("#version 3.7;\nglobal_settings { assumed_gamma 1 }\n");
     let mut parts = Vec::new();
     for (k, include) in includes.iter().enumerate() {
-        main.push_str(&format!("#include \"include_{k}.inc\"\n"));
-        parts.push((format!("include_{k}.inc"), with_newline(&include.text)));
+        main.push_str(&format!("#include \"decor_include_{k}.inc\"\n"));
+        parts.push((
+            format!("decor_include_{k}.inc"),
+            with_newline(&include.text),
+        ));
     }
     for (k, fragment) in fragments.iter().enumerate() {
         let stem = format!("P{k}");
         main.push_str(&format!(
-            "#declare Decor_P{k} = union {{\n#include \"{stem}.inc\"\n}}\n"
+            "#declare Decor_P{k} = union {{\n#include \"decor_{stem}.inc\"\n}}\n"
         ));
         parts.extend(isolate(fragment, includes, library, &stem));
     }

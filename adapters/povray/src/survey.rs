@@ -79,7 +79,8 @@ pub fn fragment(
     let unlayerable = tree
         .own
         .iter()
-        .find_map(|(path, text)| unlayerable(path, &tokens(text)));
+        .find_map(|(path, text)| unlayerable(path, &tokens(text)))
+        .or_else(|| unlayerable_by_name(&tree, includes, library));
     let optics = match optical(&tree, includes, library, words) {
         Some(reason) => Optics::Optical(reason),
         None => Optics::Opaque,
@@ -88,6 +89,31 @@ pub fn fragment(
         optics,
         unlayerable,
     }
+}
+
+/// Does it use a name of the film's declarations behind which such a word
+/// stands: a macro that places a light, a value that goes by the clock?
+fn unlayerable_by_name(tree: &Tree, includes: &[NativeFile], library: &Library) -> Option<String> {
+    let mut known: HashMap<String, HashSet<String>> = HashMap::new();
+    for include in includes {
+        for (_, text) in &crate::sources::tree(include, library).own {
+            definitions(text, &mut known);
+        }
+    }
+    let found = tree.own.iter().flat_map(|(_, text)| tokens(text));
+    let words = found.filter(|t| t.kind == Kind::Word);
+    let mut open: Vec<String> = words.map(|t| t.text().into_owned()).collect();
+    let mut seen = HashSet::new();
+    while let Some(name) = open.pop() {
+        let Some(words) = known.get(&name).filter(|_| seen.insert(name.clone())) else {
+            continue;
+        };
+        if let Some(word) = words.iter().find(|w| UNLAYERABLE.contains(&w.as_str())) {
+            return Some(format!("uses `{name}`, which may have `{word}`"));
+        }
+        open.extend(words.iter().cloned());
+    }
+    None
 }
 
 fn unlayerable(path: &Path, found: &[Token<'_>]) -> Option<String> {
@@ -119,6 +145,12 @@ fn optical(
         let at = |t: &Token<'_>| format!("{} line {}", name_of(path), t.line);
         if let Some(t) = found.iter().find(|t| is_optical_word(t)) {
             return Some(format!("`{}` in {}", t.text(), at(t)));
+        }
+        if let Some(t) = colour_of_one_number(&found) {
+            return Some(format!("a colour of one number in {}", at(t)));
+        }
+        if let Some(t) = found.iter().find(|t| t.is("Parse_String")) {
+            return Some(format!("text that is read as scene in {}", at(t)));
         }
         if let Some(t) = colour_with_filter(&found) {
             return Some(format!("a colour of more than three numbers in {}", at(t)));
@@ -174,6 +206,16 @@ fn optical(
 
 fn is_optical_word(token: &Token<'_>) -> bool {
     token.kind == Kind::Word && OPTICAL.iter().any(|w| token.is(w))
+}
+
+/// `color 0.5`: one number is all five of a colour, transparency included.
+fn colour_of_one_number<'t, 'a>(found: &'t [Token<'a>]) -> Option<&'t Token<'a>> {
+    let pair = found.windows(2).find(|pair| {
+        let word = pair[0].is("color") || pair[0].is("colour");
+        let first = pair[1].bytes.first().copied().unwrap_or(0);
+        word && (first.is_ascii_digit() || matches!(first, b'.' | b'-' | b'('))
+    })?;
+    Some(&pair[0])
 }
 
 /// `<r,g,b,f>` or `<r,g,b,f,t>`: the fourth and fifth number let light through.
@@ -250,6 +292,8 @@ pub struct Around {
     pub fog: bool,
     /// The declarations change what objects look like by default.
     pub default: bool,
+    /// The declarations may keep a state from one fragment to the next.
+    pub stateful: bool,
 }
 
 /// Looks at a film's declarations and its sky.
@@ -306,8 +350,22 @@ impl Around {
                     ),
                 });
             }
-            self.fog |= sky && found.iter().any(|t| t.is("fog"));
+            self.fog |= sky && changes_objects(&found);
             self.default |= found.iter().any(|t| t.is("#default"));
+            self.stateful |= found
+                .iter()
+                .any(|t| t.is("#macro") || t.is("seed") || t.is("rand"));
+            // Every object would mirror, those of neutral descriptions too; and
+            // a sky is not there in every pass.
+            let default = found.iter().find(|t| t.is("#default"));
+            let optical = found.iter().any(is_optical_word);
+            let global = found.iter().find(|t| sky && t.is("global_settings"));
+            if let Some(t) = default.filter(|_| sky || optical).or(global)
+                && self.unlayerable.is_none()
+            {
+                let place = format!("{} line {}", name_of(path), t.line);
+                self.unlayerable = Some(format!("`{}` in {place}", t.text()));
+            }
             let forbidden = |t: &&Token<'_>| {
                 let allowed = ["global_settings", "light_source", "light_group", "camera"];
                 let word = t.kind == Kind::Word
@@ -331,6 +389,25 @@ impl Around {
         }
         Ok(())
     }
+}
+
+/// May a sky change the colour of objects? Not where it is made of backgrounds
+/// and sky spheres alone.
+fn changes_objects(found: &[Token<'_>]) -> bool {
+    let mut braces = 0_i32;
+    let mut harmless = true;
+    for token in found {
+        match token.bytes {
+            b"{" => braces += 1,
+            b"}" => braces -= 1,
+            b"fog" | b"rainbow" => harmless = false,
+            _ if token.kind == Kind::Word && braces == 0 => {
+                harmless &= token.is("background") || token.is("sky_sphere");
+            }
+            _ => {}
+        }
+    }
+    !harmless
 }
 
 /// The first of `words` that stands at the top of the file, outside of
@@ -472,10 +549,7 @@ mod tests {
             ask("#declare A = sphere { 0, 1 }").unwrap(),
             Around::default()
         );
-        assert_eq!(
-            ask("#macro M() sphere { 0, 1 } #end").unwrap(),
-            Around::default()
-        );
+        assert!(ask("#macro M() sphere { 0, 1 } #end").unwrap().stateful);
         for text in [
             "sphere { 0, 1 }",
             "#if (1) light_source { 0 rgb 1 } #end",
