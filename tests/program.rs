@@ -328,6 +328,11 @@ fn films_are_converted_there_and_back() {
     );
     let ended = Run::new(["convert"]).arg(&back).arg(&there).succeeds();
     assert!(ended.stderr.contains("belongs there"), "{}", ended.stderr);
+    // Beside the film there is nothing to say, however its name is given.
+    let beside = film(&[("ball.ron", "sphere(radius: 1)")], "!ball 0 0 0 0 0 0");
+    let mut run = Run::new(["convert", "film.anim", "film.jsonl"]);
+    run.0.current_dir(beside.path());
+    assert_eq!(run.succeeds().stderr, "");
     let lines = std::fs::read_to_string(&there).unwrap();
     assert!(
         lines

@@ -33,7 +33,8 @@ pub fn run(args: &ConvertArgs) -> Result<Status, Failure> {
         )));
     };
     let film = film::read(&args.from, args.allow_outside).map_err(Failure::input)?;
-    let folder = args.to.parent().unwrap_or(Path::new(""));
+    let folder = args.to.parent().filter(|path| !path.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
     if std::path::absolute(folder).ok().as_deref() != Some(film.folder()) {
         // The paths in a film are relative to where it lies.
         eprintln!(
