@@ -3,11 +3,11 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use decor_api::{Adapter, Layer, PictureFormat, Size};
 use rayon::prelude::*;
 
+use crate::dissolve::Dissolve;
 use crate::layer::{LayerFileError, write_exr};
 use crate::merge::Patch;
 
@@ -97,13 +97,37 @@ fn umask() -> u32 {
     })
 }
 
-/// A picture that frames begin with: the décor, or nothing. It is encoded once;
-/// a frame encodes only what it changes.
+/// A picture that frames begin with: the décor, or nothing, and what it
+/// dissolves into. It is encoded once; a frame encodes only what it changes.
 pub struct Ground {
     size: Size,
-    colour: Arc<Vec<[f32; 4]>>,
-    depth: Option<Arc<Vec<f32>>>,
-    encoded: Option<Vec<u8>>,
+    picture: Content,
+    target: Option<Content>,
+}
+
+/// A picture in a file's own numbers.
+enum Content {
+    /// Bytes of pixels, row by row.
+    Encoded(Vec<u8>),
+    /// For OpenEXR: linear colour, and the distance along the ray.
+    Linear {
+        colour: Vec<[f32; 4]>,
+        depth: Vec<f32>,
+    },
+}
+
+impl Content {
+    fn of(layer: &Layer, encoder: &Encoder<'_>) -> Self {
+        let colour = layer.colour.as_deref().unwrap_or_default();
+        if encoder.format == PictureFormat::Exr {
+            Self::Linear {
+                colour: colour.to_vec(),
+                depth: single(layer.depth.as_deref().unwrap_or_default()),
+            }
+        } else {
+            Self::Encoded(encoder.encode(colour))
+        }
+    }
 }
 
 /// How frames are encoded.
@@ -117,26 +141,32 @@ pub struct Encoder<'a> {
 impl Ground {
     /// Nothing but the size: every pixel is to be replaced.
     pub fn empty(size: Size, encoder: &Encoder<'_>) -> Self {
-        let exr = encoder.format == PictureFormat::Exr;
-        let pixels = if exr { size.pixels() } else { 0 };
+        let picture = if encoder.format == PictureFormat::Exr {
+            Content::Linear {
+                colour: vec![[0.0; 4]; size.pixels()],
+                depth: vec![f32::INFINITY; size.pixels()],
+            }
+        } else {
+            Content::Encoded(vec![0; size.pixels() * encoder.pixel_bytes()])
+        };
         Self {
             size,
-            colour: Arc::new(vec![[0.0; 4]; pixels]),
-            depth: exr.then(|| Arc::new(vec![f32::INFINITY; pixels])),
-            encoded: (!exr).then(|| vec![0; size.pixels() * encoder.pixel_bytes()]),
+            picture,
+            target: None,
         }
     }
 
-    /// The décor.
-    pub fn decor(layer: &Layer, size: Size, encoder: &Encoder<'_>) -> Self {
-        let colour = layer.colour.clone().unwrap_or_default();
-        let exr = encoder.format == PictureFormat::Exr;
-        let encoded = (!exr).then(|| encoder.encode(&colour));
+    /// The décor, and what it dissolves into.
+    pub fn decor(
+        layer: &Layer,
+        dissolve: Option<&Dissolve>,
+        size: Size,
+        encoder: &Encoder<'_>,
+    ) -> Self {
         Self {
             size,
-            colour: Arc::new(if exr { colour } else { Vec::new() }),
-            depth: exr.then(|| Arc::new(single(layer.depth.as_deref().unwrap_or_default()))),
-            encoded,
+            picture: Content::of(layer, encoder),
+            target: dissolve.map(|dissolve| Content::of(dissolve.target(), encoder)),
         }
     }
 }
@@ -147,37 +177,86 @@ fn single(depth: &[f64]) -> Vec<f32> {
 }
 
 impl Encoder<'_> {
-    /// The bytes of a frame's file: the ground with patches laid onto it, the
-    /// later over the earlier.
+    /// The bytes of a frame's file: the ground, dissolved so far, with patches
+    /// laid onto it, the later over the earlier.
     ///
     /// # Errors
     /// Where the format's encoder refuses.
     pub fn file(
         &self,
         ground: &Ground,
+        dissolve: Option<(&Dissolve, u32)>,
         patches: &[Patch],
         path: &Path,
     ) -> Result<Vec<u8>, WriteError> {
-        if self.format == PictureFormat::Exr {
-            return self.exr(ground, patches, path);
-        }
-        let pixel = self.pixel_bytes();
-        let row = ground.size.width as usize * pixel;
-        let mut bytes = ground.encoded.clone().unwrap_or_default();
-        for patch in patches.iter().filter(|p| !p.window.is_empty()) {
-            let encoded = self.encode(&patch.colour);
-            let width = patch.window.width as usize * pixel;
-            for (y, line) in (patch.window.y as usize..).zip(encoded.chunks_exact(width)) {
-                let from = y * row + patch.window.x as usize * pixel;
-                bytes[from..from + width].copy_from_slice(line);
+        let patches = patches.iter().filter(|p| !p.window.is_empty());
+        let width = ground.size.width as usize;
+        match (&ground.picture, &ground.target) {
+            (Content::Encoded(picture), target) => {
+                let pixel = self.pixel_bytes();
+                let mut bytes = picture.clone();
+                if let (Some(Content::Encoded(target)), Some((dissolve, in_place))) =
+                    (target, dissolve)
+                {
+                    let pixels = bytes.par_chunks_exact_mut(pixel).enumerate();
+                    pixels.for_each(|(i, bytes)| {
+                        if dissolve.shows_target(i, in_place) {
+                            bytes.copy_from_slice(&target[i * pixel..(i + 1) * pixel]);
+                        }
+                    });
+                }
+                for patch in patches {
+                    let encoded = self.encode(&patch.colour);
+                    let row = patch.window.width as usize * pixel;
+                    for (y, line) in (patch.window.y as usize..).zip(encoded.chunks_exact(row)) {
+                        let from = (y * width + patch.window.x as usize) * pixel;
+                        bytes[from..from + row].copy_from_slice(line);
+                    }
+                }
+                self.png(ground.size, &bytes, path)
+            }
+            (Content::Linear { colour, depth }, target) => {
+                let (mut colour, mut depth) = (colour.clone(), depth.clone());
+                if let (
+                    Some(Content::Linear {
+                        colour: to_colour,
+                        depth: to_depth,
+                    }),
+                    Some((dissolve, in_place)),
+                ) = (target, dissolve)
+                {
+                    for i in 0..colour.len() {
+                        if dissolve.shows_target(i, in_place) {
+                            colour[i] = to_colour[i];
+                            depth[i] = to_depth[i];
+                        }
+                    }
+                }
+                for patch in patches {
+                    let row = patch.window.width as usize;
+                    for (k, y) in
+                        (patch.window.y as usize..patch.window.bottom() as usize).enumerate()
+                    {
+                        let (from, into) = (k * row, y * width + patch.window.x as usize);
+                        colour[into..into + row].copy_from_slice(&patch.colour[from..from + row]);
+                        if let Some(new) = &patch.depth {
+                            depth[into..into + row]
+                                .copy_from_slice(&single(&new[from..from + row]));
+                        }
+                    }
+                }
+                self.exr(ground.size, &colour, &depth, path)
             }
         }
+    }
+
+    fn png(&self, size: Size, bytes: &[u8], path: &Path) -> Result<Vec<u8>, WriteError> {
         let png = |source| WriteError::Png {
             path: path.to_owned(),
             source,
         };
         let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, ground.size.width, ground.size.height);
+        let mut encoder = png::Encoder::new(&mut file, size.width, size.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(match self.format {
             PictureFormat::Png16 => png::BitDepth::Sixteen,
@@ -186,31 +265,22 @@ impl Encoder<'_> {
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         encoder.set_compression(png::Compression::Fast);
         let mut writer = encoder.write_header().map_err(png)?;
-        writer.write_image_data(&bytes).map_err(png)?;
+        writer.write_image_data(bytes).map_err(png)?;
         writer.finish().map_err(png)?;
         Ok(file)
     }
 
-    fn exr(&self, ground: &Ground, patches: &[Patch], path: &Path) -> Result<Vec<u8>, WriteError> {
-        let mut colour = (*ground.colour).clone();
-        let mut depth = ground.depth.as_ref().map(|d| (**d).clone());
-        let row = ground.size.width as usize;
-        for patch in patches.iter().filter(|p| !p.window.is_empty()) {
-            let width = patch.window.width as usize;
-            for (k, y) in (patch.window.y as usize..patch.window.bottom() as usize).enumerate() {
-                let (from, into) = (k * width, y * row + patch.window.x as usize);
-                colour[into..into + width].copy_from_slice(&patch.colour[from..from + width]);
-                if let (Some(depth), Some(new)) = (&mut depth, &patch.depth) {
-                    depth[into..into + width].copy_from_slice(&single(&new[from..from + width]));
-                }
-            }
-        }
+    fn exr(
+        &self,
+        size: Size,
+        colour: &[[f32; 4]],
+        depth: &[f32],
+        path: &Path,
+    ) -> Result<Vec<u8>, WriteError> {
         let mut file = std::io::Cursor::new(Vec::new());
-        write_exr(&mut file, ground.size, &colour, depth.as_deref()).map_err(|source| {
-            WriteError::Exr {
-                path: path.to_owned(),
-                source,
-            }
+        write_exr(&mut file, size, colour, Some(depth)).map_err(|source| WriteError::Exr {
+            path: path.to_owned(),
+            source,
         })?;
         Ok(file.into_inner())
     }

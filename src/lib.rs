@@ -51,6 +51,7 @@
 pub mod animation;
 pub mod cli;
 pub mod compare;
+pub mod dissolve;
 pub mod explain;
 pub mod film;
 pub mod frames;

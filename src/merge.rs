@@ -8,6 +8,8 @@
 use decor_api::{Layer, Window};
 use rayon::prelude::*;
 
+use crate::dissolve::Backdrop;
+
 /// A rectangle of a finished frame that replaces the décor's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
@@ -19,23 +21,27 @@ pub struct Patch {
     pub depth: Option<Vec<f64>>,
 }
 
-/// Merges a fast layer's window into the décor. All three cover the window of
-/// `fast_colour`; `decor` covers the whole picture. Rows are done in parallel,
-/// each by itself: the result does not depend on the number of threads.
+/// Merges a fast layer's window into the décor, which covers the whole picture.
+/// Rows are done in parallel, each by itself: the result does not depend on the
+/// number of threads.
 ///
 /// `antialiased`: coverage decides how much of a pixel is the fast object's. If
 /// not, a pixel belongs to one or the other.
-pub fn merge(decor: &Layer, fast_colour: &Layer, fast_depth: &Layer, antialiased: bool) -> Patch {
+pub fn merge(
+    decor: Backdrop<'_>,
+    fast_colour: &Layer,
+    fast_depth: &Layer,
+    antialiased: bool,
+) -> Patch {
     let window = fast_colour.window;
     debug_assert_eq!(window, fast_depth.window);
     let width = window.width as usize;
-    let decor_colour = decor.colour.as_deref().unwrap_or_default();
-    let decor_depth = decor.depth.as_deref().unwrap_or_default();
     let over_colour = fast_colour.colour.as_deref().unwrap_or_default();
     let over_depth = fast_depth.depth.as_deref().unwrap_or_default();
+    let quantum = decor.depth_quantum();
     let quantum = (
-        decor.depth_quantum.0 + fast_depth.depth_quantum.0,
-        decor.depth_quantum.1 + fast_depth.depth_quantum.1,
+        quantum.0 + fast_depth.depth_quantum.0,
+        quantum.1 + fast_depth.depth_quantum.1,
     );
 
     let mut colour = vec![[0.0; 4]; window.pixels()];
@@ -52,9 +58,7 @@ pub fn merge(decor: &Layer, fast_colour: &Layer, fast_depth: &Layer, antialiased
         .zip(depth.par_chunks_mut(width));
     rows.zip(0..window.height)
         .for_each(|((colour, depth), row)| {
-            let from = decor.index(window.x, window.y + row);
-            let below_colour = &decor_colour[from..from + width];
-            let below_depth = &decor_depth[from..from + width];
+            decor.row(window.x, window.y + row, colour, depth);
             let over = row as usize * width;
             for x in 0..width {
                 let fast = over_colour[over + x];
@@ -64,16 +68,13 @@ pub fn merge(decor: &Layer, fast_colour: &Layer, fast_depth: &Layer, antialiased
                 } else {
                     over_depth[over + x]
                 };
-                if coverage > 0.0 && wins(near, below_depth[x], quantum) {
+                if coverage > 0.0 && wins(near, depth[x], quantum) {
                     colour[x] = if antialiased {
-                        laid_over(fast, below_colour[x])
+                        laid_over(fast, colour[x])
                     } else {
                         fast
                     };
-                    depth[x] = over_depth[over + x].min(below_depth[x]);
-                } else {
-                    colour[x] = below_colour[x];
-                    depth[x] = below_depth[x];
+                    depth[x] = over_depth[over + x].min(depth[x]);
                 }
             }
         });
@@ -148,7 +149,7 @@ mod tests {
     fn the_nearest_wins_and_a_tie_is_the_fast_objects() {
         let decor = layer(0, &[BLUE; 5], &[1.0, 2.0, 3.0, FAR, 3.0]);
         let fast = layer(0, &[RED; 5], &[2.0, 2.000_001, 2.0, 9.0, FAR]);
-        let patch = merge(&decor, &fast, &fast, false);
+        let patch = merge(Backdrop::plain(&decor), &fast, &fast, false);
         assert_eq!(patch.colour, [BLUE, RED, RED, RED, BLUE]);
         assert_eq!(patch.depth.unwrap(), [1.0, 2.0, 2.0, 9.0, 3.0]);
     }
@@ -159,7 +160,7 @@ mod tests {
         let decor = layer(0, &[BLUE; 3], &[5.0, 5.0, 1.0]);
         // The middle pixel is covered by half, but its centre shows the décor.
         let fast = layer(0, &[RED, half, half], &[2.0, FAR, FAR]);
-        let patch = merge(&decor, &fast, &fast, true);
+        let patch = merge(Backdrop::plain(&decor), &fast, &fast, true);
         assert_eq!(patch.colour, [RED, [0.5, 0.0, 0.5, 1.0], BLUE]);
     }
 
@@ -167,7 +168,7 @@ mod tests {
     fn windows_may_begin_anywhere() {
         let decor = layer(0, &[BLUE; 4], &[5.0; 4]);
         let fast = layer(2, &[RED; 2], &[2.0, FAR]);
-        let patch = merge(&decor, &fast, &fast, false);
+        let patch = merge(Backdrop::plain(&decor), &fast, &fast, false);
         assert_eq!(patch.window.x, 2);
         assert_eq!(patch.colour, [RED, BLUE]);
     }

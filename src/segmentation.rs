@@ -219,10 +219,27 @@ pub fn segment<B>(frames: &[FrameState<'_>], bounds: B, rule: &Rule) -> Vec<Segm
 where
     B: Fn(&ObjectState<'_>) -> Bounds + Sync,
 {
+    segment_towards(frames, None, bounds, rule)
+}
+
+/// The segmentation of a period whose décor dissolves towards `target`, a later
+/// frame. Meanwhile a pixel may show an object as it was in the first frame or
+/// as it will be in the target: it is slow only if its motion from the first
+/// frame to each, *and* from each to the target, is within the threshold.
+pub fn segment_towards<B>(
+    frames: &[FrameState<'_>],
+    target: Option<&FrameState<'_>>,
+    bounds: B,
+    rule: &Rule,
+) -> Vec<Segmented>
+where
+    B: Fn(&ObjectState<'_>) -> Bounds + Sync,
+{
     let Some(first) = frames.first() else {
         return Vec::new();
     };
-    let judge = Judge::new(frames, rule);
+    let seen: Vec<&FrameState<'_>> = frames.iter().chain(target).collect();
+    let judge = Judge::new(&seen, frames.len(), rule);
     let present: Vec<Segmented> = first
         .objects
         .par_iter()
@@ -253,10 +270,15 @@ where
 
 /// What all objects of a period are judged with.
 struct Judge<'a, 'f> {
-    frames: &'a [FrameState<'f>],
+    /// The period's frames, and behind them the target, where there is one.
+    frames: &'a [&'a FrameState<'f>],
+    /// How many of them are shown: all but the target.
+    shown: usize,
     rule: &'a Rule,
     /// The observer's motion from the first frame to each.
     observer: Vec<(ObserverMotion, Lenses)>,
+    /// The observer's motion from each frame to the target.
+    onward: Vec<(ObserverMotion, Lenses)>,
     /// Does the observer stay, all the time?
     observer_stays: bool,
     /// Does the environment stay?
@@ -266,17 +288,19 @@ struct Judge<'a, 'f> {
 }
 
 impl<'a, 'f> Judge<'a, 'f> {
-    fn new(frames: &'a [FrameState<'f>], rule: &'a Rule) -> Self {
-        let first = &frames[0];
-        let observer = frames
-            .iter()
-            .map(|state| {
-                (
-                    ObserverMotion::between(&first.camera, &state.camera),
-                    Lenses::between(&first.camera, &state.camera, rule.size),
-                )
-            })
-            .collect();
+    fn new(frames: &'a [&'a FrameState<'f>], shown: usize, rule: &'a Rule) -> Self {
+        let first = frames[0];
+        let between = |a: &FrameState<'_>, b: &FrameState<'_>| {
+            (
+                ObserverMotion::between(&a.camera, &b.camera),
+                Lenses::between(&a.camera, &b.camera, rule.size),
+            )
+        };
+        let observer = frames.iter().map(|state| between(first, state)).collect();
+        let onward = match frames.get(shown) {
+            Some(target) => frames.iter().map(|state| between(state, target)).collect(),
+            None => Vec::new(),
+        };
         let same_order = |state: &FrameState<'_>| {
             state.objects.len() == first.objects.len()
                 && state
@@ -300,10 +324,16 @@ impl<'a, 'f> Judge<'a, 'f> {
             .collect();
         Self {
             frames,
+            shown,
             rule,
             observer,
-            observer_stays: frames.iter().all(|state| state.camera == first.camera),
-            environment_stays: frames.iter().all(|state| same_environment(first, state)),
+            onward,
+            observer_stays: frames[..shown]
+                .iter()
+                .all(|state| state.camera == first.camera),
+            environment_stays: frames[..shown]
+                .iter()
+                .all(|state| same_environment(first, state)),
             places,
         }
     }
@@ -329,6 +359,10 @@ impl<'a, 'f> Judge<'a, 'f> {
         }
         let mut still = true;
         for (k, state) in self.frames.iter().enumerate().skip(1) {
+            // What stays as long as it is shown may go on afterwards.
+            if k == self.shown && still && self.observer_stays {
+                break;
+            }
             let Some(now) = self.find(k, index, object.id) else {
                 return of(
                     Class::Fast,
@@ -385,12 +419,22 @@ impl<'a, 'f> Judge<'a, 'f> {
         // out there, and only what seems slow is measured frame by frame.
         let last = self.frames.len() - 1;
         let mut largest = 0.0_f64;
-        for k in std::iter::once(last).chain(1..last) {
-            let Some(now) = self.find(k, index, object.id) else {
+        let from_first = std::iter::once(last).chain(1..last).map(|k| (0, k));
+        let to_target = (1..self.shown)
+            .filter(|_| !self.onward.is_empty())
+            .map(|k| (k, self.shown));
+        for (from, to) in from_first.chain(to_target) {
+            let (Some(before), Some(after)) = (
+                self.find(from, index, object.id),
+                self.find(to, index, object.id),
+            ) else {
                 continue;
             };
-            let (observer, lenses) = &self.observer[k];
-            let relative = observer.of(&object.pose, &now.pose, sphere);
+            let (observer, lenses) = match from {
+                0 => &self.observer[to],
+                _ => &self.onward[from],
+            };
+            let relative = observer.of(&before.pose, &after.pose, sphere);
             let moved_px = match self.rule.measure {
                 Measure::Bound => motion::bound_px(&relative, lenses),
                 Measure::Thesis => motion::thesis_px(&relative, lenses),
@@ -398,7 +442,7 @@ impl<'a, 'f> Judge<'a, 'f> {
             // Not certain means fast: a comparison with NaN is never true.
             let is_slow = moved_px <= self.rule.threshold_px;
             if !is_slow {
-                let reason = self.why_fast(k, &relative, seen, moved_px);
+                let reason = self.why_fast((from, to), &relative, seen, moved_px);
                 let moved_px = if moved_px.is_nan() {
                     f64::INFINITY
                 } else {
@@ -417,7 +461,7 @@ impl<'a, 'f> Judge<'a, 'f> {
 
     fn why_fast(
         &self,
-        k: usize,
+        (from, k): (usize, usize),
         relative: &motion::RelativeMotion,
         seen: usize,
         moved_px: f64,
@@ -436,7 +480,7 @@ impl<'a, 'f> Judge<'a, 'f> {
             };
         }
         for (centre, frame) in [
-            (relative.centre_before, number(0)),
+            (relative.centre_before, number(from)),
             (relative.centre_after, number(k)),
         ] {
             let radius = relative.radius;

@@ -369,25 +369,33 @@ fn no_point_of_a_slow_ladybird_moves_farther_than_the_threshold() {
             threshold_px,
             measure,
             period: Some(3),
+            budget: None,
             frames: (0, 24),
             with_depth: false,
             fallback: false,
         };
-        let plan = plan(&stage, wishes).unwrap();
-        let (mut slow, mut largest) = (0, 0.0_f64);
+        let plan = plan(&stage, wishes, &decor::plan::Costs::default()).unwrap();
+        let (mut slow, mut largest, mut dissolves) = (0, 0.0_f64, 0);
         for period in plan.periods.iter().filter(|p| p.whole.is_none()) {
             let first = stage.film.frame(period.start);
             for number in period.numbers() {
                 let now = stage.film.frame(number);
+                // A pixel may show what the object was in the first frame, or what
+                // it will be in the one that the décor dissolves towards.
+                let until = period.dissolve_until.map(|n| stage.film.frame(n));
+                dissolves += usize::from(until.is_some());
                 for s in period.objects.iter().filter(|s| s.class == Class::Slow) {
                     slow += 1;
                     let find = |state: &FrameState<'_>| {
                         let object = state.objects.iter().find(|o| o.id == s.object).unwrap();
                         (object.pose, stage.prototype(object).bounds)
                     };
-                    let ((before, bounds), (after, _)) = (find(&first), find(&now));
+                    let (pose, bounds) = find(&now);
                     let sphere = *bounds.as_sphere().unwrap();
-                    largest = largest.max(farthest(&stage, &first, before, &now, after, sphere));
+                    for end in std::iter::once(&first).chain(&until) {
+                        let shown = find(end).0;
+                        largest = largest.max(farthest(&stage, end, shown, &now, pose, sphere));
+                    }
                 }
             }
         }
@@ -395,6 +403,7 @@ fn no_point_of_a_slow_ladybird_moves_farther_than_the_threshold() {
             "{measure:?}, threshold {threshold_px}: {slow} slow, largest motion {largest:.3} px"
         );
         assert!(slow > 0, "nothing is slow: the test shows nothing");
+        assert!(dissolves > 0, "no décor dissolves: the test shows less");
         if measure == Measure::Bound {
             assert!(largest <= threshold_px, "{largest} px");
         }

@@ -11,7 +11,7 @@ use decor_api::{Adapter, AdapterError, RunContext};
 use super::Failure;
 use crate::film::{self, Film};
 use crate::objects::Cache;
-use crate::plan::{Mode, Wishes};
+use crate::plan::{Budget, Mode, Wishes};
 use crate::segmentation::Measure;
 use crate::stage::Stage;
 use crate::{render, renderers};
@@ -52,6 +52,15 @@ pub struct PlanWishes {
     /// Frames per décor: a number, or auto.
     #[arg(long, value_name = "N|auto", value_parser = period)]
     pub period: Option<Period>,
+    /// Seconds for a frame: the threshold adapts.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub budget: Option<f64>,
+    /// The smallest threshold that --budget may choose.
+    #[arg(long, value_name = "PX", default_value_t = 0.25, value_parser = not_negative)]
+    pub threshold_min: f64,
+    /// The largest one.
+    #[arg(long, value_name = "PX", default_value_t = 16.0, value_parser = not_negative)]
+    pub threshold_max: f64,
     /// Use décors also where frame by frame would be cheaper.
     #[arg(long)]
     pub no_fallback: bool,
@@ -83,6 +92,11 @@ impl PlanWishes {
                 Some(Period::Frames(n)) => Some(n),
                 _ => None,
             },
+            budget: self.budget.map(|frame_s| Budget {
+                frame_s,
+                least_px: self.threshold_min.min(self.threshold_max),
+                most_px: self.threshold_max,
+            }),
             frames,
             with_depth,
             fallback: !self.no_fallback,

@@ -72,7 +72,7 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
     let frames = args.film.wanted(&stage.film);
-    let plan = plan(&stage, args.wishes.wishes(frames, false))?;
+    let plan = plan(&stage, args.wishes.wishes(frames, false), &Costs::default())?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let (costs, jobs) = (Costs::default(), stage.adapter.abilities().jobs);
     let prices = plan.prices(&costs, stage.size(), jobs, cores);

@@ -14,7 +14,7 @@ use super::progress::Progress;
 use super::{Failure, Status, print_json};
 use crate::animation::write_apng;
 use crate::frames::{name, write_safely};
-use crate::plan::{Mode, plan};
+use crate::plan::{Costs, Mode, plan};
 use crate::render::{Options, TracedPixels, WorkFolder, render};
 use crate::report::{Clock, Summary, period_summaries};
 use crate::stage::Stage;
@@ -51,6 +51,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 12, requires = "apng",
           value_parser = clap::value_parser!(u16).range(1..))]
     fps: u16,
+    /// Of the order in which a décor dissolves.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
     /// Keep the frames of an interrupted run of the same job.
     #[arg(long)]
     resume: bool,
@@ -144,6 +147,7 @@ fn layered(
     let plan = plan(
         stage,
         args.wishes.wishes(frames, format == PictureFormat::Exr),
+        &Costs::default(),
     )?;
     let mut summary = describe(args, stage, frames);
     summary.mode = plan.wishes.mode.to_string();
@@ -164,6 +168,7 @@ fn layered(
         jobs: args.jobs.map(usize::from),
         keep: args.keep.clone(),
         timeout: args.film.timeout(),
+        seed: args.seed,
         cancel: Arc::clone(cancel),
         skip,
     };
@@ -328,7 +333,8 @@ fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
     let mode = args.wishes.mode.unwrap_or(Mode::Equivalent);
     let job = blake3::hash(
         format!(
-            "{} {} {:?} {}",
+            "{} {} {} {:?} {}",
+            args.seed,
             args.baseline,
             stage.key(),
             args.wishes.wishes(frames, args.format == Format::Exr),

@@ -10,6 +10,7 @@
 pub mod bound;
 pub mod clip;
 pub mod ellipse;
+pub mod infinity;
 mod relative;
 mod screen;
 pub mod thesis;
@@ -19,6 +20,7 @@ pub mod thesis_rotation;
 pub use bound::{bound_orthographic_px, bound_px, bounds_px};
 pub use clip::{Frustum, Sighting, first_in_view};
 pub use ellipse::{Ellipse, Projection, Screen, project_sphere, project_sphere_orthographic};
+pub use infinity::infinity_px;
 pub use relative::{Lenses, ObserverMotion, RelativeMotion};
 pub use screen::{ScreenBox, screen_box};
 pub use thesis::{ThesisMeasure, thesis, thesis_px};

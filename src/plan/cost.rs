@@ -81,7 +81,11 @@ impl Costs {
                     work += self.pixel_cpu_s * pixels;
                     pictures += 1.0;
                 }
-                FramePlan::Layered { fast, blocks } => {
+                FramePlan::Layered { fast, blocks, sky } => {
+                    if *sky {
+                        work += self.pixel_cpu_s * pixels;
+                        pictures += 1.0;
+                    }
                     if !fast.is_empty() {
                         let pixels: usize = fast.iter().map(|window| window.pixels()).sum();
                         work += (self.pixel_cpu_s + self.depth_pixel_cpu_s) * pixels as f64;

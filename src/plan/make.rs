@@ -1,25 +1,16 @@
-//! From a stage to its plan.
+//! From a stage to its plan: where periods begin and end.
 
-use std::collections::HashMap;
-
-use decor_api::{Bounds, Optics, Window};
-
-use super::windows::gathered;
-use super::{BlockSet, FramePlan, Mode, Period, Plan, WholeReason, Wishes};
-use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::motion::screen_box;
-use crate::segmentation::{Class, Reason, Rule, Segmented, same_environment, segment};
+use super::lay::zooms;
+use super::{Costs, End, Mode, Period, Plan, WholeReason, Wishes};
+use crate::film::FrameState;
+use crate::segmentation::same_environment;
 use crate::stage::Stage;
 
-/// A layered frame traces its windows twice, for colour and for depth; depth
-/// rays are cheap. Above this share of a frame's pixels nothing is won.
-const WORTHWHILE: f64 = 0.9;
-
-/// The cost of a depth ray, as a share of a colour ray's.
-const DEPTH_SHARE: f64 = 0.4;
-
 /// Lengths of periods that are tried where the observer moves.
-const LENGTHS: [u32; 7] = [2, 3, 5, 8, 12, 25, 50];
+const LENGTHS: [u32; 11] = [2, 3, 5, 8, 12, 18, 25, 50, 100, 200, 400];
+
+/// Longer periods that cost more, one after the other, before no more are tried.
+const PATIENCE: u32 = 3;
 
 /// Frames that are rendered whole before a décor is tried again.
 const WHOLE_RUN: u32 = 12;
@@ -53,7 +44,7 @@ pub enum PlanError {
 ///
 /// # Errors
 /// Where an object cannot be put into a layer, or the film lacks the frames.
-pub fn plan(stage: &Stage, wishes: Wishes) -> Result<Plan, PlanError> {
+pub fn plan(stage: &Stage, wishes: Wishes, costs: &Costs) -> Result<Plan, PlanError> {
     let film = (*stage.film.frames().start(), *stage.film.frames().end());
     let (first, last) = wishes.frames;
     if first < film.0 || last > film.1 || first > last {
@@ -65,9 +56,11 @@ pub fn plan(stage: &Stage, wishes: Wishes) -> Result<Plan, PlanError> {
     if last == u32::MAX {
         return Err(PlanError::LastNumber);
     }
-    let maker = Maker {
+    let mut maker = Maker {
         stage,
         wishes: &wishes,
+        costs,
+        threshold_px: wishes.threshold_px,
     };
     if wishes.mode != Mode::Full {
         maker.check_layerable()?;
@@ -75,13 +68,29 @@ pub fn plan(stage: &Stage, wishes: Wishes) -> Result<Plan, PlanError> {
     let mut periods: Vec<Period> = Vec::new();
     let mut start = first;
     while start <= last {
-        let period = maker.next_period(start);
+        let period = match wishes.budget {
+            None => maker.next_period(start),
+            Some(budget) => {
+                let chosen = budget.choose(maker.threshold_px, |threshold_px| {
+                    let period = Maker {
+                        threshold_px,
+                        ..maker
+                    }
+                    .next_period(start);
+                    (maker.frame_seconds(&period), period)
+                });
+                // The next period goes on from there.
+                maker.threshold_px = chosen.0;
+                chosen.1
+            }
+        };
         start += period.len();
         match periods.last_mut() {
             // Whole frames need no décor in common: they are one period, and
             // rendered by the same calls.
             Some(before) if before.whole.is_some() && before.whole == period.whole => {
                 before.frames.extend(period.frames);
+                before.end = period.end;
             }
             _ => periods.push(period),
         }
@@ -89,9 +98,14 @@ pub fn plan(stage: &Stage, wishes: Wishes) -> Result<Plan, PlanError> {
     Ok(Plan { wishes, periods })
 }
 
-struct Maker<'a> {
-    stage: &'a Stage,
-    wishes: &'a Wishes,
+/// What periods are made with.
+#[derive(Clone, Copy)]
+pub struct Maker<'a> {
+    pub stage: &'a Stage,
+    pub wishes: &'a Wishes,
+    pub costs: &'a Costs,
+    /// The threshold of the next period, in pixels.
+    pub threshold_px: f64,
 }
 
 impl<'a> Maker<'a> {
@@ -109,52 +123,83 @@ impl<'a> Maker<'a> {
         Ok(())
     }
 
-    fn abilities(&self) -> &decor_api::Abilities {
+    pub fn abilities(&self) -> &decor_api::Abilities {
         self.stage.adapter.abilities()
     }
 
-    fn state(&self, number: u32) -> FrameState<'a> {
+    pub fn state(&self, number: u32) -> FrameState<'a> {
         self.stage.film.frame(number)
     }
 
     /// The period that begins at `start`.
-    fn next_period(&self, start: u32) -> Period {
+    pub fn next_period(&self, start: u32) -> Period {
         let last = self.wishes.frames.1;
         if self.wishes.mode == Mode::Full {
-            return self.whole(start, last, WholeReason::Asked);
+            return self.whole((start, last), End::Done, WholeReason::Asked);
         }
+        let end_at = |at: u32, why: End| if at == last { End::Done } else { why };
         let first = self.state(start);
-        if let Some(what) = &self.stage.surroundings(&first).unlayerable {
-            let end = self.run(start, last, |a, b| a.sky == b.sky);
-            return self.whole(start, end, WholeReason::Unconfined(what.clone()));
-        }
-        let stated = |end: u32| match self.wishes.period {
-            Some(length) => end.min(start.saturating_add(length - 1)),
-            None => end,
-        };
-        let still = self.run(start, last, |a, b| {
-            same_environment(a, b) && a.camera == b.camera
-        });
-        if still > start || start == last {
-            return self.period(start, stated(still));
+        let surroundings = self.stage.surroundings(&first);
+        if let Some(what) = &surroundings.unlayerable {
+            let until = self.run(start, last, |a, b| a.sky == b.sky);
+            let end = end_at(until, End::SurroundingsChange);
+            return self.whole((start, until), end, WholeReason::Unconfined(what.clone()));
         }
         let environment = self.run(start, last, same_environment);
+        let still = self.run(start, environment, |a, b| a.camera == b.camera);
+        if still > start || start == last {
+            let end = if still < environment {
+                End::ObserverStarts
+            } else {
+                end_at(still, End::SurroundingsChange)
+            };
+            return self.stated(start, (still, end));
+        }
         if environment == start {
-            let end = self.changing_run(start, last);
-            return self.whole(start, end, WholeReason::SurroundingsChange);
+            let until = self.changing_run(start, last);
+            let end = end_at(until, End::SurroundingsChange);
+            return self.whole((start, until), end, WholeReason::SurroundingsChange);
         }
         // The observer moves in an environment that stays.
-        let end = self.moving_run(start, environment);
-        if self.wishes.threshold_px <= 0.0 {
-            return self.whole(start, end, WholeReason::ObserverMoves);
+        let until = self.moving_run(start, environment);
+        let end = if until == environment {
+            end_at(until, End::SurroundingsChange)
+        } else if self.state(until).camera == self.state(until + 1).camera
+            || until + 1 < environment
+                && self.state(until + 1).camera == self.state(until + 2).camera
+        {
+            End::ObserverRests
+        } else {
+            End::SurroundingsChange
+        };
+        if self.threshold_px <= 0.0 {
+            return self.whole((start, until), end, WholeReason::ObserverMoves);
         }
-        if first.sky.is_some() {
-            return self.whole(start, end, WholeReason::SkyMoves);
+        if surroundings.sky_on_objects {
+            return self.whole((start, until), end, WholeReason::SkyMoves);
         }
         if self.wishes.period.is_some() {
-            return self.period(start, stated(end));
+            return self.stated(start, (until, end));
         }
-        self.cheapest_period(start, end)
+        self.cheapest_period(start, until, end)
+    }
+
+    /// A period as long as it can be, and not longer than was asked for.
+    fn stated(&self, start: u32, (until, end): (u32, End)) -> Period {
+        match self.wishes.period {
+            Some(length) if start.saturating_add(length - 1) < until => {
+                self.period((start, start + length - 1), End::Asked)
+            }
+            _ => self.period((start, until), end),
+        }
+    }
+
+    /// What a frame of a period costs, in seconds on the clock.
+    fn frame_seconds(&self, period: &Period) -> f64 {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let jobs = self.abilities().jobs;
+        let price = self.costs.period(period, self.stage.size(), jobs, cores);
+        price.wall_s / f64::from(period.len())
     }
 
     /// The last frame up to `last` until which every frame is `like` the first.
@@ -175,221 +220,54 @@ impl<'a> Maker<'a> {
         pairs.map_or(last, |n| n.saturating_sub(1).max(start))
     }
 
-    /// The last frame of a run in which the observer moves from each to the next.
+    /// The last frame of a run in which the observer moves from each to the next,
+    /// and in which the opening of the view changes from each to the next or not
+    /// at all.
     fn moving_run(&self, start: u32, last: u32) -> u32 {
-        let rests = (start..last).find(|&n| self.state(n).camera == self.state(n + 1).camera);
-        rests.map_or(last, |n| n.saturating_sub(1).max(start))
+        let zoom = zooms(&self.state(start), &self.state(start + 1));
+        for n in start..last {
+            let (now, next) = (self.state(n), self.state(n + 1));
+            if now.camera == next.camera {
+                return n.saturating_sub(1).max(start);
+            }
+            if zooms(&now, &next) != zoom {
+                return n;
+            }
+        }
+        last
     }
 
-    /// The period that costs least per frame, of those that are tried.
-    fn cheapest_period(&self, start: u32, end: u32) -> Period {
-        let longest = end - start + 1;
-        let lengths = LENGTHS.iter().copied().filter(|&l| l <= longest);
-        let lengths =
-            lengths.chain((longest > 1 && !LENGTHS.contains(&longest)).then_some(longest));
-        let tried = lengths.map(|length| {
-            let mut period = self.laid(start, start + length - 1);
+    /// The period that costs least per frame, of those that are tried. Too short
+    /// a period wins little, too long a one keeps little: after the best length
+    /// the costs only grow, and no longer ones are tried.
+    fn cheapest_period(&self, start: u32, until: u32, end: End) -> Period {
+        let longest = until - start + 1;
+        let lengths = LENGTHS.iter().copied().filter(|&l| l < longest);
+        let mut best: Option<(f64, Period)> = None;
+        let mut in_vain = 0;
+        for length in lengths.chain((longest > 1).then_some(longest)) {
+            let last = start + length - 1;
+            let end = if last == until { end } else { End::Cheapest };
+            let mut period = self.laid((start, last), end);
             let cost = self.cost(&period) / f64::from(length);
             self.give_up_if_dear(&mut period);
-            (cost, period)
-        });
-        let best = tried.min_by(|(a, _), (b, _)| a.total_cmp(b));
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                (best, in_vain) = (Some((cost, period)), 0);
+            } else {
+                in_vain += 1;
+                if in_vain == PATIENCE {
+                    break;
+                }
+            }
+        }
         match best {
             Some((_, period)) if period.whole.is_none() => period,
             other => {
                 let reason = other.and_then(|(_, period)| period.whole);
-                let end = end.min(start + WHOLE_RUN - 1);
-                self.whole(start, end, reason.unwrap_or(WholeReason::NoGain))
+                let last = until.min(start + WHOLE_RUN - 1);
+                let end = if last == until { end } else { End::TriedAgain };
+                self.whole((start, last), end, reason.unwrap_or(WholeReason::NoGain))
             }
         }
-    }
-
-    /// Frames that are all rendered whole.
-    fn whole(&self, start: u32, end: u32, reason: WholeReason) -> Period {
-        let mut objects = self.segmented(start, end);
-        if reason == WholeReason::SurroundingsChange {
-            for object in &mut objects {
-                object.class = Class::Fast;
-                object.reason = Reason::SurroundingsChange;
-            }
-        }
-        Period {
-            start,
-            frames: vec![FramePlan::Whole; (end - start + 1) as usize],
-            objects,
-            whole: Some(reason),
-        }
-    }
-
-    /// A period with a décor, where one is of use.
-    fn period(&self, start: u32, end: u32) -> Period {
-        let mut period = self.laid(start, end);
-        if period.whole.is_none() {
-            self.give_up_if_dear(&mut period);
-        }
-        period
-    }
-
-    /// The classes of the objects over some frames.
-    fn segmented(&self, start: u32, end: u32) -> Vec<Segmented> {
-        let states: Vec<FrameState<'_>> = (start..=end).map(|n| self.state(n)).collect();
-        let rule = Rule {
-            threshold_px: self.wishes.threshold_px,
-            measure: self.wishes.measure,
-            size: self.stage.size(),
-        };
-        segment(&states, |object| self.stage.prototype(object).bounds, &rule)
-    }
-
-    /// A period with its classes, and what is rendered where.
-    fn laid(&self, start: u32, end: u32) -> Period {
-        let objects = self.segmented(start, end);
-        let first = self.state(start);
-        let moving = objects.iter().any(|o| o.class == Class::Fast);
-        let stays = objects.iter().any(|o| o.class.in_decor());
-        let casts = first.shadows && !first.lights.is_empty() && self.abilities().shadows;
-        let whole = if !stays && moving {
-            Some(WholeReason::NothingStays)
-        } else if casts && moving && self.wishes.mode != Mode::Preview {
-            Some(WholeReason::Shadows)
-        } else {
-            None
-        };
-        let count = (end - start + 1) as usize;
-        let mut period = Period {
-            start,
-            frames: vec![FramePlan::Whole; count],
-            objects,
-            whole,
-        };
-        if period.whole.is_none() {
-            self.lay(&mut period, &first);
-        }
-        period
-    }
-
-    /// Decides what is rendered where, frame by frame.
-    fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
-        let classes: HashMap<ObjectId, Class> =
-            period.objects.iter().map(|o| (o.object, o.class)).collect();
-        // What the décor shows of optical objects has to be drawn over.
-        let shown: Vec<Window> = first
-            .objects
-            .iter()
-            .filter(|object| {
-                classes
-                    .get(&object.id)
-                    .is_some_and(|class| class.in_decor())
-            })
-            .filter(|object| self.is_optical(object))
-            .map(|object| self.window(object, first))
-            .collect();
-        let limit = WORTHWHILE * self.stage.size().pixels() as f64;
-        for (number, frame) in (period.start..).zip(&mut period.frames) {
-            let layered = self.lay_frame(&self.state(number), &classes, &shown);
-            if !self.wishes.fallback || self.frame_cost(&layered) <= limit {
-                *frame = layered;
-            }
-        }
-    }
-
-    /// The pixels of colour that a frame is worth.
-    fn frame_cost(&self, frame: &FramePlan) -> f64 {
-        match frame {
-            FramePlan::Whole => self.stage.size().pixels() as f64,
-            FramePlan::Layered { fast, blocks } => {
-                let fast: usize = fast.iter().map(|window| window.pixels()).sum();
-                fast as f64 * (1.0 + DEPTH_SHARE) + blocks.pixels() as f64
-            }
-        }
-    }
-
-    fn cost(&self, period: &Period) -> f64 {
-        let all = self.stage.size().pixels() as f64;
-        let decor = if period.merges() {
-            all * (1.0 + DEPTH_SHARE)
-        } else {
-            all
-        };
-        let frames: f64 = period
-            .frames
-            .iter()
-            .map(|frame| self.frame_cost(frame))
-            .sum();
-        if period.has_decor() {
-            decor + frames
-        } else {
-            frames
-        }
-    }
-
-    fn give_up_if_dear(&self, period: &mut Period) {
-        let all = self.stage.size().pixels() as f64 * f64::from(period.len());
-        if self.wishes.fallback && self.cost(period) > WORTHWHILE * all {
-            period.frames.fill(FramePlan::Whole);
-            period.whole.get_or_insert(WholeReason::NoGain);
-        }
-    }
-
-    fn window(&self, object: &ObjectState<'_>, state: &FrameState<'_>) -> Window {
-        let bounds: Bounds = self.stage.prototype(object).bounds.posed(&object.pose);
-        screen_box(&bounds, &state.camera, self.stage.size()).window()
-    }
-
-    /// May what is seen of the object depend on the other layer?
-    fn is_optical(&self, object: &ObjectState<'_>) -> bool {
-        self.abilities().optics
-            && self.wishes.mode != Mode::Preview
-            && self.stage.prototype(object).optics != Optics::Opaque
-    }
-
-    fn lay_frame(
-        &self,
-        state: &FrameState<'_>,
-        classes: &HashMap<ObjectId, Class>,
-        shown: &[Window],
-    ) -> FramePlan {
-        let size = self.stage.size();
-        let mut blocks = BlockSet::none(size);
-        let mut merged: Vec<Window> = Vec::new();
-        // Where nothing moves, mirrors show nothing new.
-        let alive = classes
-            .values()
-            .any(|class| !matches!(class, Class::Immobile));
-        // Is what moves drawn from the full scene, and not merged?
-        let all_from_scene = self.wishes.mode == Mode::Exact || self.no_coverage(state);
-        for object in &state.objects {
-            let is_fast = classes.get(&object.id) == Some(&Class::Fast);
-            let optical = self.is_optical(object);
-            if !(is_fast || optical && alive) {
-                continue;
-            }
-            let window = self.window(object, state);
-            if optical || all_from_scene {
-                blocks.insert(window);
-            }
-            let is_merged = !optical && !all_from_scene || self.wishes.with_depth;
-            if is_fast && is_merged {
-                merged.push(window);
-            }
-        }
-        if alive {
-            for window in shown {
-                blocks.insert(*window);
-            }
-        }
-        if !self.wishes.with_depth {
-            merged.retain(|&window| !blocks.contains(window));
-        }
-        FramePlan::Layered {
-            fast: gathered(&merged, size),
-            blocks,
-        }
-    }
-
-    /// Is antialiasing on, and coverage not to be had?
-    fn no_coverage(&self, state: &FrameState<'_>) -> bool {
-        let surroundings = self.stage.surroundings(state);
-        state.antialias.is_some() && (surroundings.sky_on_objects || !self.abilities().coverage)
     }
 }

@@ -4,17 +4,22 @@
 //! (`decor render`); nothing is decided after it.
 
 mod blocks;
+mod budget;
 mod cost;
+mod lay;
 mod make;
 mod windows;
 
 use std::fmt;
 
 use decor_api::Window;
+use serde::Serialize;
 
 pub use blocks::BlockSet;
+pub use budget::Budget;
 pub use cost::{Costs, Price};
 pub use make::{PlanError, plan};
+pub use windows::gathered;
 
 use crate::segmentation::{Class, Measure, Segmented};
 
@@ -66,6 +71,8 @@ pub struct Wishes {
     pub measure: Measure,
     /// Frames per décor at most; `None`: as decor sees fit.
     pub period: Option<u32>,
+    /// Time for a frame: the threshold adapts.
+    pub budget: Option<Budget>,
     /// The first and last frame to render.
     pub frames: (u32, u32),
     /// Is the depth of every frame wanted too?
@@ -130,7 +137,57 @@ pub enum FramePlan {
         fast: Vec<Window>,
         /// Blocks that are rendered from the full scene, over everything else.
         blocks: BlockSet,
+        /// The sky is rendered anew, behind the objects of the décor.
+        sky: bool,
     },
+}
+
+/// Why a period is not longer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// No more frames are asked for.
+    Done,
+    /// It is as long as was asked for.
+    Asked,
+    /// Any other length that was tried costs more per frame.
+    Cheapest,
+    /// A light, the background, the sky or the opening of the view changes.
+    SurroundingsChange,
+    /// The observer begins to move.
+    ObserverStarts,
+    /// The observer comes to rest.
+    ObserverRests,
+    /// Its frames are rendered whole; then a décor is tried again.
+    TriedAgain,
+    /// A frame arrived that was not as predicted.
+    PredictionFailed,
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Done => "no more frames",
+            Self::Asked => "as long as asked for",
+            Self::Cheapest => "the cheapest length",
+            Self::SurroundingsChange => {
+                "a light, the background, the sky or the opening of the view changes"
+            }
+            Self::ObserverStarts => "the observer begins to move",
+            Self::ObserverRests => "the observer comes to rest",
+            Self::TriedAgain => "a décor is tried again",
+            Self::PredictionFailed => "a frame was not as predicted",
+        })
+    }
+}
+
+/// The sky of a period in which the observer moves: it is at infinity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyMotion {
+    /// `Immobile` where the observer does not turn; never `Clipped`.
+    pub class: Class,
+    /// How far it moves in the picture during the period, in pixels.
+    pub motion_px: f64,
 }
 
 /// Frames that one décor serves.
@@ -142,6 +199,15 @@ pub struct Period {
     pub frames: Vec<FramePlan>,
     /// Every object of the period.
     pub objects: Vec<Segmented>,
+    /// Objects move so far in the picture, in pixels, and stay in the décor.
+    pub threshold_px: f64,
+    /// The sky, where there is one and the observer moves.
+    pub sky: Option<SkyMotion>,
+    /// The frame whose poses the décor dissolves towards, where it does: the one
+    /// after the period, as a rule.
+    pub dissolve_until: Option<u32>,
+    /// Why it is not longer.
+    pub end: End,
     /// Why it has no décor, where it has none.
     pub whole: Option<WholeReason>,
 }
@@ -172,11 +238,17 @@ impl Period {
         self.whole.is_none()
     }
 
-    /// Is the décor's depth needed: for a merge?
-    pub fn merges(&self) -> bool {
-        self.frames
-            .iter()
-            .any(|frame| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty()))
+    /// Is the décor's depth needed: for a merge, or to see the sky behind it?
+    pub fn needs_depth(&self) -> bool {
+        self.frames.iter().any(|frame| match frame {
+            FramePlan::Layered { fast, sky, .. } => !fast.is_empty() || *sky,
+            FramePlan::Whole => false,
+        })
+    }
+
+    /// The frames over which the décor dissolves, where it does.
+    pub fn dissolve_steps(&self) -> Option<u32> {
+        self.dissolve_until.map(|until| until - self.start)
     }
 }
 

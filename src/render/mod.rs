@@ -1,11 +1,15 @@
 //! Executes a plan: calls the renderer, merges, writes frames.
 //!
-//! Periods are begun in order. A period's décor is rendered first, by all
-//! cores; then its frames, in chunks, each a few calls of the renderer. As many
-//! calls run at once as the adapter says; a frame is merged and written as soon
-//! as its chunk's layers are there, and then forgotten.
+//! Periods are begun in order. At the joint between two of them the décor of the
+//! next is rendered, and what that of the last has turned into; then the frames,
+//! in chunks, each a few calls of the renderer. As many calls run at once as the
+//! adapter says; a frame is merged and written as soon as its layers and its
+//! décor are there, and then forgotten.
 
 mod chunk;
+mod execution;
+mod ground;
+mod joint;
 mod schedule;
 mod slots;
 
@@ -55,6 +59,8 @@ pub struct Options {
     pub keep: Option<PathBuf>,
     /// How long one call may take.
     pub timeout: Duration,
+    /// Of the dissolve.
+    pub seed: u64,
     /// Set to stop.
     pub cancel: Arc<AtomicBool>,
     /// Frames that are there already.
@@ -148,7 +154,7 @@ pub fn render(
         tally: Arc::clone(&tally),
     };
     let jobs = options.jobs.unwrap_or_else(|| default_jobs(stage)).max(1);
-    let execution = chunk::Execution {
+    let execution = execution::Execution {
         stage,
         plan,
         options,

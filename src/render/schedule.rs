@@ -1,5 +1,5 @@
-//! Which thread does what next: décors as few ahead as possible, so that few
-//! are in memory, and no core without work.
+//! Which thread does what next: joints as few ahead as possible, so that few
+//! décors are in memory, and no core without work.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -7,31 +7,55 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use super::RenderError;
-use super::chunk::{Execution, PeriodGround};
+use super::execution::Execution;
+use super::ground::PeriodGround;
+use super::joint::{Joint, Wanted};
+use crate::plan::Period;
 
-/// Periods whose décor is in memory at once, at most: the next one is rendered
-/// while the last frames of the one before are.
+/// Periods whose décors are in memory at once, at least: the next one is
+/// rendered while the last frames of the one before are.
 const PERIODS_AT_ONCE: usize = 2;
+
+/// More of them where pictures are small, for a renderer that mostly sleeps:
+/// as many as have so many pixels.
+const OPEN_PIXELS: usize = 1 << 20;
+
+/// A joint under way or done.
+struct JointSlot {
+    /// The period that begins there.
+    index: usize,
+    /// Is a target wanted of the period before?
+    for_target: bool,
+    /// Is the décor of the period wanted?
+    for_decor: bool,
+    /// `None` inside: it failed.
+    done: OnceLock<Option<Joint>>,
+}
 
 /// A period under way. Its frames' layers are rendered while its décor is: only
 /// the merge needs both.
 struct Open {
     period: usize,
-    /// `None` inside: the décor failed.
-    ground: OnceLock<Option<PeriodGround>>,
+    before: Option<Arc<JointSlot>>,
+    after: Option<Arc<JointSlot>>,
+    ground: OnceLock<PeriodGround>,
     chunks_left: AtomicUsize,
 }
 
 enum Task {
-    /// Render the décor of a period, with its chunks waiting or running.
-    Ground(Arc<Open>),
+    /// Render a joint; chunks may be waiting for it.
+    Joint(Arc<JointSlot>),
     /// Render some frames of a period.
     Chunk(Arc<Open>, Range<u32>),
 }
 
 #[derive(Default)]
 struct State {
-    chunks: VecDeque<(Arc<Open>, Range<u32>)>,
+    /// Joints stand before the chunks that wait for them: whoever takes a chunk
+    /// knows that its joints are being rendered, and nobody waits for ever.
+    tasks: VecDeque<Task>,
+    /// The joint at the end of the period that was opened last.
+    newest_joint: Option<Arc<JointSlot>>,
     next_period: usize,
     open: usize,
     error: Option<RenderError>,
@@ -41,14 +65,17 @@ struct Queue {
     state: Mutex<State>,
     changed: Condvar,
     periods: usize,
+    at_once: usize,
 }
 
 /// Executes all periods.
 pub fn run(execution: &Execution<'_>) -> Result<(), RenderError> {
+    let pixels = execution.stage.size().pixels().max(1);
     let queue = Queue {
         state: Mutex::default(),
         changed: Condvar::new(),
         periods: execution.plan.periods.len(),
+        at_once: (OPEN_PIXELS / pixels).clamp(PERIODS_AT_ONCE, execution.jobs.max(PERIODS_AT_ONCE)),
     };
     std::thread::scope(|scope| {
         for _ in 0..execution.jobs {
@@ -61,16 +88,16 @@ pub fn run(execution: &Execution<'_>) -> Result<(), RenderError> {
     }
 }
 
-/// Tells those who wait for a décor when it is there or has failed, also by a
+/// Tells those who wait for a joint when it is there or has failed, also by a
 /// panic: nobody waits for ever.
 struct Told<'a> {
     queue: &'a Queue,
-    open: &'a Open,
+    slot: &'a JointSlot,
 }
 
 impl Drop for Told<'_> {
     fn drop(&mut self) {
-        let _ = self.open.ground.set(None);
+        let _ = self.slot.done.set(None);
         // Under the lock: who waits has either seen it, or is woken.
         let _state = self.queue.lock();
         self.queue.changed.notify_all();
@@ -85,10 +112,10 @@ impl Queue {
     fn work(&self, execution: &Execution<'_>) {
         while let Some(task) = self.next(execution) {
             let result = match task {
-                Task::Ground(open) => self.ground(execution, &open),
+                Task::Joint(slot) => self.joint(execution, &slot),
                 Task::Chunk(open, frames) => {
-                    let wait = || self.wait_for_ground(&open);
-                    let result = execution.chunk(open.period, frames, wait);
+                    let wait = || self.ground(execution, &open);
+                    let result = execution.chunk(execution.period(open.period), frames, wait);
                     if open.chunks_left.fetch_sub(1, Ordering::AcqRel) == 1 {
                         self.lock().open -= 1;
                     }
@@ -112,27 +139,15 @@ impl Queue {
             if state.error.is_some() {
                 return None;
             }
-            if let Some((open, frames)) = state.chunks.pop_front() {
-                return Some(Task::Chunk(open, frames));
+            if let Some(task) = state.tasks.pop_front() {
+                return Some(task);
             }
-            if state.next_period < self.periods && state.open < PERIODS_AT_ONCE {
-                let period = state.next_period;
+            if state.next_period < self.periods && state.open < self.at_once {
+                let index = state.next_period;
                 state.next_period += 1;
-                let chunks = execution.chunks(period);
-                if chunks.is_empty() {
-                    continue;
-                }
-                state.open += 1;
-                let open = Arc::new(Open {
-                    period,
-                    ground: OnceLock::new(),
-                    chunks_left: AtomicUsize::new(chunks.len()),
-                });
-                for frames in chunks {
-                    state.chunks.push_back((Arc::clone(&open), frames));
-                }
+                open(execution, &mut state, index);
                 self.changed.notify_all();
-                return Some(Task::Ground(open));
+                continue;
             }
             if state.next_period >= self.periods && state.open == 0 {
                 return None;
@@ -144,25 +159,94 @@ impl Queue {
         }
     }
 
-    fn ground(&self, execution: &Execution<'_>, open: &Open) -> Result<(), RenderError> {
-        let told = Told { queue: self, open };
-        let ground = execution.ground(open.period)?;
-        let _ = open.ground.set(Some(ground));
+    fn joint(&self, execution: &Execution<'_>, slot: &JointSlot) -> Result<(), RenderError> {
+        let told = Told { queue: self, slot };
+        let periods = &execution.plan.periods;
+        let before = slot.index.checked_sub(1).map(|index| &periods[index]);
+        let wanted = Wanted {
+            begins: periods.get(slot.index).filter(|_| slot.for_decor),
+            ends: before.filter(|_| slot.for_target),
+        };
+        let joint = execution.joint(wanted)?;
+        let _ = slot.done.set(Some(joint));
         drop(told);
         Ok(())
     }
 
-    /// The décor of a period, when it is there; `None` where it failed.
-    fn wait_for_ground<'o>(&self, open: &'o Open) -> Option<&'o PeriodGround> {
+    /// What the frames of a period begin with, when its joints are done; `None`
+    /// where one failed.
+    fn ground<'o>(&self, execution: &Execution<'_>, open: &'o Open) -> Option<&'o PeriodGround> {
+        let decor = match &open.before {
+            Some(slot) => self.wait_for(slot)?.decor.clone(),
+            None => None,
+        };
+        let target = match &open.after {
+            Some(slot) => self.wait_for(slot)?.target.clone(),
+            None => None,
+        };
+        let period = execution.period(open.period);
+        Some(
+            open.ground
+                .get_or_init(|| execution.ground(period, decor, target)),
+        )
+    }
+
+    fn wait_for<'o>(&self, slot: &'o JointSlot) -> Option<&'o Joint> {
         let mut state = self.lock();
         loop {
-            if let Some(ground) = open.ground.get() {
-                return ground.as_ref();
+            if let Some(joint) = slot.done.get() {
+                return joint.as_ref();
             }
             state = self
                 .changed
                 .wait(state)
                 .unwrap_or_else(PoisonError::into_inner);
         }
+    }
+}
+
+/// Queues what a period needs: its joints first, then its frames.
+fn open(execution: &Execution<'_>, state: &mut State, index: usize) {
+    let period = execution.period(index);
+    let chunks = execution.chunks(period);
+    let needed =
+        |period: &Period| execution.needs_decor(period) && !execution.chunks(period).is_empty();
+    let earlier = state.newest_joint.take();
+    if chunks.is_empty() {
+        return;
+    }
+    let slot = |state: &mut State, index: usize, for_decor: bool, for_target: bool| {
+        let slot = Arc::new(JointSlot {
+            index,
+            for_target,
+            for_decor,
+            done: OnceLock::new(),
+        });
+        state.tasks.push_back(Task::Joint(Arc::clone(&slot)));
+        slot
+    };
+    let before = match earlier {
+        Some(slot) => Some(slot),
+        None if needed(period) => Some(slot(state, index, true, false)),
+        None => None,
+    };
+    // The joint at its end serves the next period, too.
+    let after = period.dissolve_until.map(|_| {
+        let next = execution.plan.periods.get(index + 1);
+        slot(state, index + 1, next.is_some_and(needed), true)
+    });
+    state.newest_joint.clone_from(&after);
+    state.open += 1;
+    let open = Arc::new(Open {
+        period: index,
+        before,
+        after,
+        ground: OnceLock::new(),
+        chunks_left: AtomicUsize::new(chunks.len()),
+    });
+    for frames in chunks {
+        state
+            .tasks
+            .push_back(Task::Chunk(Arc::clone(&open), frames));
     }
 }

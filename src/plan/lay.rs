@@ -1,0 +1,306 @@
+//! What is rendered where in the frames of one period.
+
+use std::collections::HashMap;
+
+use decor_api::{Bounds, Optics, Window};
+
+use super::make::Maker;
+use super::windows::gathered;
+use super::{BlockSet, End, FramePlan, Mode, Period, SkyMotion, WholeReason};
+use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::motion::{infinity_px, screen_box};
+use crate::segmentation::{Class, Reason, Rule, Segmented, same_environment, segment_towards};
+
+/// A layered frame traces its windows twice, for colour and for depth; depth
+/// rays are cheap. Above this share of a frame's pixels nothing is won.
+const WORTHWHILE: f64 = 0.9;
+
+/// The cost of a depth ray, as a share of a colour ray's.
+const DEPTH_SHARE: f64 = 0.4;
+
+/// The cost of a ray that meets the sky alone, as a share of another's.
+const SKY_SHARE: f64 = 0.4;
+
+impl Maker<'_> {
+    /// Frames that are all rendered whole.
+    pub fn whole(&self, (start, last): (u32, u32), end: End, reason: WholeReason) -> Period {
+        let mut objects = self.segmented(start, last, None);
+        if reason == WholeReason::SurroundingsChange {
+            for object in &mut objects {
+                object.class = Class::Fast;
+                object.reason = Reason::SurroundingsChange;
+            }
+        }
+        Period {
+            start,
+            frames: vec![FramePlan::Whole; (last - start + 1) as usize],
+            objects,
+            threshold_px: self.threshold_px,
+            sky: None,
+            dissolve_until: None,
+            end,
+            whole: Some(reason),
+        }
+    }
+
+    /// A period with a décor, where one is of use.
+    pub fn period(&self, frames: (u32, u32), end: End) -> Period {
+        let mut period = self.laid(frames, end);
+        if period.whole.is_none() {
+            self.give_up_if_dear(&mut period);
+        }
+        period
+    }
+
+    /// The classes of the objects over some frames.
+    fn segmented(&self, start: u32, last: u32, target: Option<u32>) -> Vec<Segmented> {
+        let states: Vec<FrameState<'_>> = (start..=last).map(|n| self.state(n)).collect();
+        let target = target.map(|n| self.state(n));
+        let rule = Rule {
+            threshold_px: self.threshold_px,
+            measure: self.wishes.measure,
+            size: self.stage.size(),
+        };
+        let bounds = |object: &ObjectState<'_>| self.stage.prototype(object).bounds;
+        segment_towards(&states, target.as_ref(), bounds, &rule)
+    }
+
+    /// The frame whose poses a décor of `start` dissolves towards: the first one
+    /// after the period, where that shows the same surroundings; else the
+    /// period's last. None where nothing follows that the eye could compare.
+    fn target(&self, start: u32, last: u32) -> Option<u32> {
+        let next = last + 1;
+        let dissolves = self.wishes.mode == Mode::Equivalent && self.threshold_px > 0.0;
+        if !dissolves || last == start || next > self.wishes.frames.1 {
+            return None;
+        }
+        let (first, after) = (self.state(start), self.state(next));
+        if !same_environment(&first, &after) {
+            return None;
+        }
+        let stays = (start..=last).all(|n| self.state(n).camera == first.camera);
+        let goes_on = if stays {
+            after.camera == first.camera
+        } else {
+            !zooms(&self.state(last), &after) || zooms(&first, &self.state(start + 1))
+        };
+        Some(if goes_on { next } else { last })
+    }
+
+    /// How far the sky moves, where there is one and the observer moves.
+    fn sky_motion(&self, start: u32, last: u32, target: Option<u32>) -> Option<SkyMotion> {
+        let first = self.state(start);
+        first.sky?;
+        let cameras = (start..=last).chain(target).map(|n| self.state(n).camera);
+        let cameras: Vec<_> = cameras.collect();
+        if cameras.iter().all(|camera| *camera == first.camera) {
+            return None;
+        }
+        let moved = |from: &decor_api::Camera| {
+            let moved = cameras
+                .iter()
+                .map(|to| infinity_px(from, to, self.stage.size()));
+            moved.fold(0.0, f64::max)
+        };
+        // While the décor dissolves, from each frame to the target too.
+        let onward = target.map(|n| moved(&self.state(n).camera));
+        let motion_px = moved(&first.camera).max(onward.unwrap_or(0.0));
+        let class = if motion_px == 0.0 {
+            Class::Immobile
+        } else if motion_px <= self.threshold_px {
+            Class::Slow
+        } else {
+            Class::Fast
+        };
+        Some(SkyMotion { class, motion_px })
+    }
+
+    /// A period with its classes, and what is rendered where.
+    pub fn laid(&self, (start, last): (u32, u32), end: End) -> Period {
+        let target = self.target(start, last);
+        let objects = self.segmented(start, last, target);
+        let first = self.state(start);
+        let sky = self.sky_motion(start, last, target);
+        let sky_moves = sky.is_some_and(|sky| sky.class == Class::Fast);
+        let moving = sky_moves || objects.iter().any(|o| o.class == Class::Fast);
+        let stays = objects.iter().any(|o| o.class.in_decor());
+        let casts = first.shadows && !first.lights.is_empty() && self.abilities().shadows;
+        let whole = if !stays && moving {
+            Some(WholeReason::NothingStays)
+        } else if casts && moving && self.wishes.mode != Mode::Preview {
+            Some(WholeReason::Shadows)
+        } else if sky_moves && self.stage.antialias().is_some() {
+            // Pixels that are half sky are neither's.
+            Some(WholeReason::SkyMoves)
+        } else {
+            None
+        };
+        let slow = objects.iter().any(|o| o.class == Class::Slow)
+            || sky.is_some_and(|sky| sky.class == Class::Slow);
+        let count = (last - start + 1) as usize;
+        let mut period = Period {
+            start,
+            frames: vec![FramePlan::Whole; count],
+            objects,
+            threshold_px: self.threshold_px,
+            sky,
+            dissolve_until: target.filter(|_| slow && whole.is_none()),
+            end,
+            whole,
+        };
+        if period.whole.is_none() {
+            self.lay(&mut period, &first);
+        }
+        period
+    }
+
+    /// Decides what is rendered where, frame by frame.
+    fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
+        let classes: HashMap<ObjectId, Class> =
+            period.objects.iter().map(|o| (o.object, o.class)).collect();
+        // What the décor shows of optical objects has to be drawn over.
+        let shown: Vec<Window> = first
+            .objects
+            .iter()
+            .filter(|object| {
+                classes
+                    .get(&object.id)
+                    .is_some_and(|class| class.in_decor())
+            })
+            .filter(|object| self.is_optical(object))
+            .map(|object| self.window(object, first))
+            .collect();
+        let sky_moves = period.sky.is_some_and(|sky| sky.class == Class::Fast);
+        let limit = WORTHWHILE * self.stage.size().pixels() as f64;
+        for (number, frame) in (period.start..).zip(&mut period.frames) {
+            let layered = self.lay_frame(&self.state(number), &classes, &shown, sky_moves);
+            if !self.wishes.fallback || self.frame_cost(&layered) <= limit {
+                *frame = layered;
+            }
+        }
+    }
+
+    /// The pixels of colour that a frame is worth.
+    fn frame_cost(&self, frame: &FramePlan) -> f64 {
+        match frame {
+            FramePlan::Whole => self.stage.size().pixels() as f64,
+            FramePlan::Layered { fast, blocks, sky } => {
+                let fast: usize = fast.iter().map(|window| window.pixels()).sum();
+                let sky = if *sky { SKY_SHARE } else { 0.0 };
+                fast as f64 * (1.0 + DEPTH_SHARE)
+                    + blocks.pixels() as f64
+                    + self.stage.size().pixels() as f64 * sky
+            }
+        }
+    }
+
+    pub fn cost(&self, period: &Period) -> f64 {
+        let all = self.stage.size().pixels() as f64;
+        let decor = if period.needs_depth() {
+            all * (1.0 + DEPTH_SHARE)
+        } else {
+            all
+        };
+        let frames: f64 = period
+            .frames
+            .iter()
+            .map(|frame| self.frame_cost(frame))
+            .sum();
+        let target = if period.dissolve_until.is_some() {
+            decor * self.target_share(period)
+        } else {
+            0.0
+        };
+        if period.has_decor() {
+            decor + target + frames
+        } else {
+            frames
+        }
+    }
+
+    /// How much of a décor a target costs: what the next décor shows as well is
+    /// rendered once, and nobody knows yet what that is. As a rule, the next
+    /// period keeps about what this one keeps.
+    fn target_share(&self, period: &Period) -> f64 {
+        let fast = period.count(Class::Fast) as f64;
+        (2.0 * fast / period.objects.len().max(1) as f64).min(1.0)
+    }
+
+    pub fn give_up_if_dear(&self, period: &mut Period) {
+        let all = self.stage.size().pixels() as f64 * f64::from(period.len());
+        if self.wishes.fallback && self.cost(period) > WORTHWHILE * all {
+            period.frames.fill(FramePlan::Whole);
+            period.dissolve_until = None;
+            period.whole.get_or_insert(WholeReason::NoGain);
+        }
+    }
+
+    fn window(&self, object: &ObjectState<'_>, state: &FrameState<'_>) -> Window {
+        let bounds: Bounds = self.stage.prototype(object).bounds.posed(&object.pose);
+        screen_box(&bounds, &state.camera, self.stage.size()).window()
+    }
+
+    /// May what is seen of the object depend on the other layer?
+    fn is_optical(&self, object: &ObjectState<'_>) -> bool {
+        self.abilities().optics
+            && self.wishes.mode != Mode::Preview
+            && self.stage.prototype(object).optics != Optics::Opaque
+    }
+
+    fn lay_frame(
+        &self,
+        state: &FrameState<'_>,
+        classes: &HashMap<ObjectId, Class>,
+        shown: &[Window],
+        sky: bool,
+    ) -> FramePlan {
+        let size = self.stage.size();
+        let mut blocks = BlockSet::none(size);
+        let mut merged: Vec<Window> = Vec::new();
+        // Where nothing moves, mirrors show nothing new.
+        let alive = classes
+            .values()
+            .any(|class| !matches!(class, Class::Immobile));
+        // Is what moves drawn from the full scene, and not merged?
+        let all_from_scene = self.wishes.mode == Mode::Exact || self.no_coverage(state);
+        for object in &state.objects {
+            let is_fast = classes.get(&object.id) == Some(&Class::Fast);
+            let optical = self.is_optical(object);
+            if !(is_fast || optical && alive) {
+                continue;
+            }
+            let window = self.window(object, state);
+            if optical || all_from_scene {
+                blocks.insert(window);
+            }
+            let is_merged = !optical && !all_from_scene || self.wishes.with_depth;
+            if is_fast && is_merged {
+                merged.push(window);
+            }
+        }
+        if alive {
+            for window in shown {
+                blocks.insert(*window);
+            }
+        }
+        if !self.wishes.with_depth {
+            merged.retain(|&window| !blocks.contains(window));
+        }
+        FramePlan::Layered {
+            fast: gathered(&merged, size),
+            blocks,
+            sky,
+        }
+    }
+
+    /// Is antialiasing on, and coverage not to be had?
+    fn no_coverage(&self, state: &FrameState<'_>) -> bool {
+        let surroundings = self.stage.surroundings(state);
+        state.antialias.is_some() && (surroundings.sky_on_objects || !self.abilities().coverage)
+    }
+}
+
+/// Does the opening of the view change between two frames?
+pub fn zooms(a: &FrameState<'_>, b: &FrameState<'_>) -> bool {
+    (a.camera.half_width, a.camera.half_height) != (b.camera.half_width, b.camera.half_height)
+}

@@ -1,0 +1,81 @@
+//! What all calls of a run share.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use decor_api::{AdapterError, Layer, LayerRequest, PictureFormat, RunContext};
+
+use super::slots::Slots;
+use super::{Options, RenderError, Traced, Watch};
+use crate::frames::Encoder;
+use crate::plan::{Period, Plan};
+use crate::stage::Stage;
+
+/// Everything that the calls need.
+pub struct Execution<'a> {
+    pub stage: &'a Stage,
+    pub plan: &'a Plan,
+    pub options: &'a Options,
+    pub run: RunContext,
+    pub slots: Slots,
+    pub traced: Traced,
+    pub watch: Watch<'a>,
+    pub written: AtomicU64,
+    pub jobs: usize,
+}
+
+impl Execution<'_> {
+    pub fn period(&self, index: usize) -> &Period {
+        &self.plan.periods[index]
+    }
+
+    pub fn encoder(&self) -> Encoder<'_> {
+        Encoder {
+            adapter: &*self.stage.adapter,
+            format: self.options.format,
+        }
+    }
+
+    /// Is the depth of every frame wanted?
+    pub fn with_depth(&self) -> bool {
+        self.options.format == PictureFormat::Exr
+    }
+
+    /// Makes other calls stop: the run has failed.
+    pub fn give_up(&self) {
+        self.run.cancel.store(true, Ordering::Relaxed);
+    }
+
+    /// One call of the renderer, when it is its turn.
+    pub fn call(
+        &self,
+        request: &LayerRequest<'_>,
+        threads: Option<usize>,
+    ) -> Result<Vec<Layer>, RenderError> {
+        let _slot = self.slots.take();
+        let run = RunContext {
+            threads,
+            ..self.run.clone()
+        };
+        Ok(self.stage.adapter.render(request, &run)?)
+    }
+}
+
+/// The only layer of a call.
+pub fn only(layers: Vec<Layer>) -> Result<Layer, AdapterError> {
+    layers
+        .into_iter()
+        .next()
+        .ok_or_else(|| AdapterError::BadOutput {
+            program: "the renderer".into(),
+            file: "the décor".into(),
+            reason: "it is missing".into(),
+        })
+}
+
+/// The result of a thread; its panic goes on in this one.
+pub fn join<T>(handle: std::thread::ScopedJoinHandle<'_, T>) -> T {
+    match handle.join() {
+        Ok(value) => value,
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}

@@ -1,0 +1,345 @@
+//! A joint between two periods: the décor of the one that begins, and what the
+//! décor of the one that ends has turned into.
+//!
+//! Thesis, III-3-2-2: the objects of both décors are rendered once, and merged
+//! with what is particular to each.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window};
+
+use super::RenderError;
+use super::execution::{Execution, join, only};
+use crate::dissolve::Backdrop;
+use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::merge::{Patch, merge};
+use crate::motion::screen_box;
+use crate::plan::{FramePlan, Period, gathered};
+use crate::segmentation::Class;
+
+/// Particular objects are rendered by themselves where their windows are not
+/// more than this share of the picture: their depth has a price too.
+const PARTICULAR_SHARE: f64 = 0.5;
+
+/// What was rendered at a joint.
+#[derive(Default)]
+pub struct Joint {
+    /// The décor of the period that begins.
+    pub decor: Option<Arc<Layer>>,
+    /// What the décor of the period that ends has turned into.
+    pub target: Option<Arc<Layer>>,
+}
+
+/// What a joint is to give.
+#[derive(Clone, Copy, Default)]
+pub struct Wanted<'p> {
+    /// The period that begins, where its décor is needed.
+    pub begins: Option<&'p Period>,
+    /// The period that ends, where what it turns into is needed.
+    pub ends: Option<&'p Period>,
+}
+
+impl Execution<'_> {
+    /// Is a décor of use to the frames of this period?
+    pub fn needs_decor(&self, period: &Period) -> bool {
+        period.has_decor() && period.frames.iter().any(|f| *f != FramePlan::Whole)
+    }
+
+    /// Renders a joint.
+    pub fn joint(&self, wanted: Wanted<'_>) -> Result<Joint, RenderError> {
+        let until = wanted.ends.and_then(|period| period.dissolve_until);
+        if let (Some(ends), Some(begins)) = (wanted.ends, wanted.begins)
+            && until == Some(begins.start)
+        {
+            let (old, new) = (decor_objects(ends), decor_objects(begins));
+            let depth = self.depth_of(ends) || self.depth_of(begins);
+            let same = self.same_scene(ends, begins);
+            if same && old == new {
+                let layer = Arc::new(self.decor(begins.start, &old, depth, "decor")?);
+                return Ok(Joint {
+                    decor: Some(Arc::clone(&layer)),
+                    target: Some(layer),
+                });
+            }
+            if same && let Some(joint) = self.in_common(begins.start, &old, &new)? {
+                return Ok(joint);
+            }
+        }
+        let (decor, target) = std::thread::scope(|scope| {
+            let target = wanted.ends.and_then(|period| {
+                let until = period.dissolve_until?;
+                Some(scope.spawn(move || {
+                    let objects = decor_objects(period);
+                    let depth = self.depth_of(period);
+                    self.target(period, until, &objects, depth)
+                }))
+            });
+            let decor = wanted.begins.map(|period| {
+                let depth = self.depth_of(period);
+                self.decor(period.start, &decor_objects(period), depth, "decor")
+            });
+            (decor, target.map(join))
+        });
+        Ok(Joint {
+            decor: decor.transpose()?.map(Arc::new),
+            target: target.transpose()?.map(Arc::new),
+        })
+    }
+
+    fn depth_of(&self, period: &Period) -> bool {
+        period.needs_depth() || self.with_depth()
+    }
+
+    /// Are the still objects of the period that ends where the one that begins
+    /// has them? What stands still in a period may move on after it.
+    fn same_scene(&self, ends: &Period, begins: &Period) -> bool {
+        let before = self.stage.film.frame(ends.start);
+        let after = self.stage.film.frame(begins.start);
+        let pose = |state: &FrameState<'_>, id: ObjectId| {
+            let object = state.objects.iter().find(|object| object.id == id)?;
+            Some(object.pose)
+        };
+        ends.objects
+            .iter()
+            .filter(|o| o.class == Class::Immobile)
+            .all(|o| pose(&before, o.object) == pose(&after, o.object))
+    }
+
+    /// The objects that both décors have, rendered once, and what is particular
+    /// to each merged into it. `None` where that would not be the same picture,
+    /// or where it would not be cheaper.
+    fn in_common(
+        &self,
+        frame: u32,
+        old: &HashSet<ObjectId>,
+        new: &HashSet<ObjectId>,
+    ) -> Result<Option<Joint>, RenderError> {
+        let state = self.stage.film.frame(frame);
+        // What is seen of one object must not depend on another; a pixel must be
+        // the one's or the other's; and the merge needs depths.
+        let apart = |object: &ObjectState<'_>| {
+            self.stage.prototype(object).optics == Optics::Opaque
+                || !self.stage.adapter.abilities().optics
+        };
+        let shadows =
+            state.shadows && !state.lights.is_empty() && self.stage.adapter.abilities().shadows;
+        if shadows || self.stage.antialias().is_some() || !state.objects.iter().all(apart) {
+            return Ok(None);
+        }
+        let size = self.stage.size();
+        let common: HashSet<ObjectId> = old.intersection(new).copied().collect();
+        let windows = |set: &HashSet<ObjectId>| {
+            let particular = state
+                .objects
+                .iter()
+                .filter(|object| set.contains(&object.id) && !common.contains(&object.id));
+            let windows: Vec<Window> = particular
+                .map(|object| {
+                    let bounds = self.stage.prototype(object).bounds.posed(&object.pose);
+                    screen_box(&bounds, &state.camera, size).window()
+                })
+                .collect();
+            gathered(&windows, size)
+        };
+        let (old_windows, new_windows) = (windows(old), windows(new));
+        let pixels: usize = old_windows
+            .iter()
+            .chain(&new_windows)
+            .map(|window| window.pixels())
+            .sum();
+        if common.is_empty() || pixels as f64 > PARTICULAR_SHARE * size.pixels() as f64 {
+            return Ok(None);
+        }
+        let (ground, olds, news) = std::thread::scope(|scope| {
+            let olds = scope.spawn(|| {
+                self.particular(&state, &old_windows, "target", |object| {
+                    old.contains(&object.id) && !common.contains(&object.id)
+                })
+            });
+            let news = scope.spawn(|| {
+                self.particular(&state, &new_windows, "decor", |object| {
+                    new.contains(&object.id) && !common.contains(&object.id)
+                })
+            });
+            let ground = self.decor(frame, &common, true, "common");
+            (ground, join(olds), join(news))
+        });
+        let (ground, olds, news) = (ground?, olds?, news?);
+        Ok(Some(Joint {
+            target: Some(Arc::new(merged(&ground, &olds))),
+            decor: Some(Arc::new(merged(&ground, &news))),
+        }))
+    }
+
+    /// Layers of some objects by themselves: colour and depth, a pair a window.
+    fn particular(
+        &self,
+        state: &FrameState<'_>,
+        windows: &[Window],
+        label: &str,
+        mut select: impl FnMut(&ObjectState<'_>) -> bool,
+    ) -> Result<Vec<(Layer, Layer)>, RenderError> {
+        if windows.is_empty() {
+            return Ok(Vec::new());
+        }
+        let scene = Arc::new(self.stage.scene(state, &mut select));
+        let with_sky = self.stage.surroundings(state).sky_on_objects;
+        let mut layers = Vec::new();
+        for (k, &window) in windows.iter().enumerate() {
+            let regions = Region::Window(window);
+            let colour = Output::ColourAlone { with_sky };
+            let name = format!("{label}_{k}");
+            layers.push(self.colour_and_depth(state.number, &scene, &regions, colour, &name)?);
+            let pixels = window.pixels() as u64;
+            self.traced.decor.fetch_add(pixels, Ordering::Relaxed);
+            self.traced.depth.fetch_add(pixels, Ordering::Relaxed);
+        }
+        Ok(layers)
+    }
+
+    fn colour_and_depth(
+        &self,
+        frame: u32,
+        scene: &Arc<Scene>,
+        region: &Region,
+        colour: Output,
+        label: &str,
+    ) -> Result<(Layer, Layer), RenderError> {
+        let call = |output: Output, label: String| {
+            let request = self.request_of(frame, scene, region, output, label);
+            Ok::<Layer, RenderError>(only(self.call(&request, None)?)?)
+        };
+        std::thread::scope(|scope| {
+            let depth = scope.spawn(|| call(Output::Depth, format!("{label}_depth_{frame:04}")));
+            let colour = call(colour, format!("{label}_{frame:04}"));
+            Ok((colour?, join(depth)?))
+        })
+    }
+
+    fn request_of(
+        &self,
+        frame: u32,
+        scene: &Arc<Scene>,
+        region: &Region,
+        output: Output,
+        label: String,
+    ) -> LayerRequest<'_> {
+        LayerRequest {
+            prototypes: &self.stage.library.table,
+            size: self.stage.size(),
+            output,
+            antialias: self.stage.antialias(),
+            shots: vec![LayerShot {
+                frame,
+                scene: Arc::clone(scene),
+                region: region.clone(),
+            }],
+            film: None,
+            label,
+        }
+    }
+
+    /// Some objects of a frame with all that surrounds them, in the whole
+    /// picture.
+    fn decor(
+        &self,
+        frame: u32,
+        objects: &HashSet<ObjectId>,
+        with_depth: bool,
+        label: &str,
+    ) -> Result<Layer, RenderError> {
+        let state = self.stage.film.frame(frame);
+        let scene = self
+            .stage
+            .scene(&state, |object| objects.contains(&object.id));
+        self.picture(frame, scene, with_depth, label)
+    }
+
+    /// What a period's décor has turned into in frame `until`. What stands still
+    /// in the period stays where it is there.
+    fn target(
+        &self,
+        period: &Period,
+        until: u32,
+        objects: &HashSet<ObjectId>,
+        with_depth: bool,
+    ) -> Result<Layer, RenderError> {
+        let (before, after) = (
+            self.stage.film.frame(period.start),
+            self.stage.film.frame(until),
+        );
+        let still: HashSet<ObjectId> = period
+            .objects
+            .iter()
+            .filter(|o| o.class == Class::Immobile)
+            .map(|o| o.object)
+            .collect();
+        let mut scene = self.stage.scene(&after, |object| {
+            objects.contains(&object.id) && !still.contains(&object.id)
+        });
+        let rest = self
+            .stage
+            .scene(&before, |object| still.contains(&object.id));
+        scene.instances.extend(rest.instances);
+        self.picture(until, scene, with_depth, "target")
+    }
+
+    fn picture(
+        &self,
+        frame: u32,
+        scene: Scene,
+        with_depth: bool,
+        label: &str,
+    ) -> Result<Layer, RenderError> {
+        let size = self.stage.size();
+        let scene = Arc::new(scene);
+        let region = Region::Window(size.window());
+        let pixels = size.pixels() as u64;
+        let colour = Output::ColourOverBackground;
+        self.traced.decor.fetch_add(pixels, Ordering::Relaxed);
+        if !with_depth {
+            let label = format!("{label}_{frame:04}");
+            let request = self.request_of(frame, &scene, &region, colour, label);
+            return Ok(only(self.call(&request, None)?)?);
+        }
+        self.traced.depth.fetch_add(pixels, Ordering::Relaxed);
+        let (mut layer, depth) = self.colour_and_depth(frame, &scene, &region, colour, label)?;
+        layer.depth = depth.depth;
+        layer.depth_quantum = depth.depth_quantum;
+        Ok(layer)
+    }
+}
+
+/// The objects of a period's décor.
+fn decor_objects(period: &Period) -> HashSet<ObjectId> {
+    let kept = period.objects.iter().filter(|o| o.class.in_decor());
+    kept.map(|o| o.object).collect()
+}
+
+/// A picture with some layers merged into it.
+fn merged(ground: &Layer, layers: &[(Layer, Layer)]) -> Layer {
+    let mut all = ground.clone();
+    for (colour, depth) in layers {
+        let patch = merge(Backdrop::plain(&all), colour, depth, false);
+        lay(&mut all, &patch);
+        let (a, b) = (all.depth_quantum, depth.depth_quantum);
+        all.depth_quantum = (a.0.max(b.0), a.1.max(b.1));
+    }
+    all
+}
+
+/// Replaces a rectangle of a picture.
+fn lay(layer: &mut Layer, patch: &Patch) {
+    let width = patch.window.width as usize;
+    for (k, y) in (patch.window.y..patch.window.bottom()).enumerate() {
+        let (from, into) = (k * width, layer.index(patch.window.x, y));
+        if let Some(colour) = &mut layer.colour {
+            colour[into..into + width].copy_from_slice(&patch.colour[from..from + width]);
+        }
+        if let (Some(depth), Some(new)) = (&mut layer.depth, &patch.depth) {
+            depth[into..into + width].copy_from_slice(&new[from..from + width]);
+        }
+    }
+}
