@@ -233,6 +233,7 @@ impl AdapterError {
 pub struct Tally {
     calls: AtomicU64,
     frames: AtomicU64,
+    cpu_ns: AtomicU64,
 }
 
 impl Tally {
@@ -240,6 +241,18 @@ impl Tally {
     pub fn add_call(&self, frames: usize) {
         self.calls.fetch_add(1, Ordering::Relaxed);
         self.frames.fetch_add(frames as u64, Ordering::Relaxed);
+    }
+
+    /// CPU time of a renderer's process that has ended.
+    pub fn add_cpu(&self, time: Duration) {
+        let ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        self.cpu_ns.fetch_add(ns, Ordering::Relaxed);
+    }
+
+    /// CPU time of the renderer's processes; none where it draws in-process, or
+    /// where the system does not tell.
+    pub fn cpu(&self) -> Duration {
+        Duration::from_nanos(self.cpu_ns.load(Ordering::Relaxed))
     }
 
     /// Calls, and frames in them.
