@@ -274,7 +274,11 @@ mod tests {
             .next()
             .unwrap()
             .split_whitespace()
-            .map(|t| t.trim_start_matches("0m").trim_end_matches('s').parse::<f64>())
+            .map(|t| {
+                t.trim_start_matches("0m")
+                    .trim_end_matches('s')
+                    .parse::<f64>()
+            })
             .map(|t| t.expect("seconds"))
             .sum();
         assert!(idle < 0.05, "{idle}");
