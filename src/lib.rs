@@ -54,6 +54,7 @@ pub mod compare;
 pub mod explain;
 pub mod film;
 pub mod frames;
+pub mod influence;
 pub mod layer;
 pub mod merge;
 pub mod motion;
