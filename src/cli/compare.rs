@@ -97,6 +97,7 @@ impl CompareArgs {
                 hard_warn: self.hard_warn,
             },
             diff: self.diff.clone(),
+            ..Options::default()
         }
     }
 }
