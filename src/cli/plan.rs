@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
 use super::{Failure, Status, print_json};
-use crate::plan::{Costs, Period, Plan, Price, plan};
+use crate::plan::{Costs, Period, Plan, Price, jobs, plan, whole_work};
 use crate::segmentation::Class;
 use crate::stage::Stage;
 
@@ -74,13 +74,13 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     let frames = args.film.wanted(&stage.film);
     let plan = plan(&stage, args.wishes.wishes(frames, false))?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let (costs, jobs) = (Costs::default(), stage.adapter.abilities().jobs);
-    let prices = plan.prices(&costs, stage.size(), jobs, cores);
+    let (costs, jobs) = (Costs::default(), jobs(&stage));
+    let prices = costs.film(&plan.works(&stage), jobs, cores);
     let count = frames.1 - frames.0 + 1;
     let total = prices
         .iter()
         .fold(Price::default(), |sum, price| sum + *price);
-    let stock = costs.stock(count as usize, stage.size(), cores);
+    let stock = costs.stock(&whole_work(&stage, &plan.wishes), cores);
     let summary = PlanSummary {
         frames: count,
         width: stage.size().width,

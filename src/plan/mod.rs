@@ -13,7 +13,10 @@ use std::fmt;
 use decor_api::Window;
 
 pub use blocks::BlockSet;
-pub use cost::{Costs, Price};
+pub use cost::{
+    Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost,
+    Prediction, Price, Seen, Survey, Work, chunk_length, jobs, whole_work,
+};
 pub use make::{PlanError, plan};
 
 use crate::segmentation::{Class, Measure, Segmented};
