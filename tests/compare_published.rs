@@ -72,7 +72,9 @@ impl Picture {
 
     /// A picture of this repository, of 8 bits.
     fn documented(name: &str, width: u32, height: u32) -> Self {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs").join(name);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("docs")
+            .join(name);
         let picture = image::open(path).unwrap().to_rgb8();
         assert!(picture.width() >= width && picture.height() >= height);
         Self::new(width, height, |x, y| {
@@ -109,7 +111,9 @@ impl Picture {
 fn pairs() -> Vec<(&'static str, Picture, Picture)> {
     let mut random = StdRng::seed_from_u64(7);
     let mut noise = |most: u16| {
-        let random: Vec<u16> = (0..300_000).map(|_| random.random_range(0..=most)).collect();
+        let random: Vec<u16> = (0..300_000)
+            .map(|_| random.random_range(0..=most))
+            .collect();
         move |k: usize| random[k % random.len()]
     };
     let ladybirds = Picture::documented("explain-ladybirds.png", 300, 210);
@@ -118,7 +122,11 @@ fn pairs() -> Vec<(&'static str, Picture, Picture)> {
         [x as u16 * 500, y as u16 * 490, (x + y) as u16 * 240]
     });
     let grey = Picture::new(70, 60, |_, _| [100 * 257; 3]);
-    let stripes = Picture::new(11, 300, |_, y| if y / 3 % 2 == 0 { [0; 3] } else { [65535; 3] });
+    let stripes = Picture::new(
+        11,
+        300,
+        |_, y| if y / 3 % 2 == 0 { [0; 3] } else { [65535; 3] },
+    );
     let (grain, other_grain) = (noise(65535), noise(65535));
     let noisy = Picture::new(65, 37, |_, _| [0; 3]).changed(|k, _| grain(k));
     let small_noise = noise(2000);
