@@ -3,7 +3,8 @@
 //! Two paths → pairs ([`folders`]) → pictures ([`picture`]) → numbers
 //! ([`metrics`]; how it looks, [`perceived`]; from frame to frame, [`flicker`]) →
 //! a verdict by tolerances ([`verdict`]) → the film's totals ([`totals`]) → JSON,
-//! words ([`report`], [`words`]).
+//! words, tables ([`report`], [`words`], [`csv_table`],
+//! [`junit`]).
 //!
 //! A is the plain film, B what is judged by it: no metric of a pair depends on
 //! that, the flicker does.
@@ -11,10 +12,13 @@
 //! Two pictures in memory: [`pair::metrics`]. Two files: [`pair::compare_pair`].
 //! Two films, read as they are needed: [`compare()`].
 
+pub mod baseline;
+pub mod csv_table;
 mod filter;
 pub mod flicker;
 pub mod flip;
 pub mod folders;
+pub mod junit;
 pub mod mask;
 pub mod metrics;
 pub mod moved;
@@ -25,6 +29,7 @@ pub mod picture;
 pub mod report;
 pub mod seen;
 pub mod ssim;
+mod table;
 pub mod totals;
 pub mod verdict;
 pub mod words;
@@ -151,9 +156,22 @@ pub fn compare(
     a: &Path,
     b: &Path,
     options: &Options,
+    each: impl FnMut(&Entry),
+) -> Result<Comparison, CompareError> {
+    compare_matches(folders::pair(a, b), (a, b), options, each)
+}
+
+/// As [`compare()`], of what is already paired; the paths are where it is from.
+///
+/// # Errors
+/// As of [`compare()`].
+pub fn compare_matches(
+    matches: Result<Vec<Match>, PairingError>,
+    (a, b): (&Path, &Path),
+    options: &Options,
     mut each: impl FnMut(&Entry),
 ) -> Result<Comparison, CompareError> {
-    let matches = match folders::pair(a, b) {
+    let matches = match matches {
         Ok(matches) => matches,
         Err(error) => return Ok(nothing_compared(&error)),
     };

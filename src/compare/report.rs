@@ -47,6 +47,10 @@ enum Line<'a> {
         missing_from: super::folders::Side,
         verdict: Verdict,
     },
+    Update {
+        name: &'a str,
+        action: super::baseline::Action,
+    },
     Summary(Summary<'a>),
 }
 
@@ -204,6 +208,17 @@ pub fn entry_line(entry: &Entry, tolerances: &Tolerances) -> serde_json::Result<
             missing_from: *from,
             verdict: entry.verdict(),
         },
+    })
+}
+
+/// The line of a reference that was changed, without its end.
+///
+/// # Errors
+/// None that input can cause; the serializer's.
+pub fn change_line(change: &super::baseline::Change) -> serde_json::Result<String> {
+    serde_json::to_string(&Line::Update {
+        name: &change.name,
+        action: change.action,
     })
 }
 
