@@ -136,6 +136,16 @@ pub struct PassTotal {
     pub bytes: f64,
 }
 
+impl std::ops::AddAssign for PassTotal {
+    fn add_assign(&mut self, other: Self) {
+        self.pictures += other.pictures;
+        self.pixels += other.pixels;
+        self.covered += other.covered;
+        self.instances += other.instances;
+        self.bytes += other.bytes;
+    }
+}
+
 /// Frames of a period whose coverage is worked out; the others are like the one
 /// before them.
 const SAMPLED: usize = 12;
