@@ -70,6 +70,9 @@ struct ExplainSummary {
 
 /// Runs the verb.
 pub fn run(args: &ExplainArgs) -> Result<Status, Failure> {
+    if super::plain::names_plain(&args.film) {
+        return Err(super::plain::explain());
+    }
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
     let frames = args.film.wanted(&stage.film);
