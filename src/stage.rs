@@ -183,6 +183,7 @@ impl Stage {
             includes: self.includes.clone(),
             sky,
             instances,
+            hidden: Vec::new(),
         }
     }
 

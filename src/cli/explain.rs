@@ -11,7 +11,7 @@ use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
 use super::{Failure, Status, print_json};
 use crate::explain::{Explained, Explanation, explain};
 use crate::frames::write_safely;
-use crate::plan::{Costs, plan};
+use crate::plan::plan;
 use crate::render::WorkFolder;
 use crate::report::diagram;
 use crate::segmentation::Class;
@@ -70,10 +70,13 @@ struct ExplainSummary {
 
 /// Runs the verb.
 pub fn run(args: &ExplainArgs) -> Result<Status, Failure> {
+    if super::plain::names_plain(&args.film) {
+        return Err(super::plain::explain());
+    }
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
     let frames = args.film.wanted(&stage.film);
-    let plan = plan(&stage, args.wishes.wishes(frames, false), &Costs::default())?;
+    let plan = plan(&stage, args.wishes.wishes(frames, false), &crate::probe::known(&stage, &crate::objects::Cache::open()).costs)?;
     let Some(mut explanation) = explain(&stage, &plan, args.frame) else {
         let asked = (args.frame, args.frame);
         return Err(crate::plan::PlanError::NoSuchFrames {

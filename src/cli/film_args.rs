@@ -19,8 +19,11 @@ use crate::{render, renderers};
 /// The film and its renderer.
 #[derive(Debug, Args)]
 pub struct FilmArgs {
-    /// The film: an .anim file, or .jsonl.
+    /// The film: an .anim file, or .jsonl; or a plain POV-Ray scene, .ini or .pov.
     pub film: PathBuf,
+    /// POV-Ray's own switches, for a plain POV-Ray scene.
+    #[arg(last = true, value_name = "SWITCHES")]
+    pub switches: Vec<String>,
     /// The renderer: povray or reference [default: povray; reference where
     /// POV-Ray is not installed and the film does not need it].
     #[arg(long, value_name = "NAME")]
@@ -165,6 +168,11 @@ impl FilmArgs {
 
     /// The film with its objects, for its renderer.
     pub fn stage(&self, cancel: &Arc<AtomicBool>) -> Result<Stage, Failure> {
+        if !self.switches.is_empty() {
+            return Err(Failure::usage(
+                "switches after -- are POV-Ray's, for a plain scene (.ini, .pov)",
+            ));
+        }
         let film = self.read()?;
         let adapter = self.adapter(&film)?;
         let work = render::WorkFolder::new(None)?;

@@ -1,11 +1,19 @@
 //! `decor plan`: everything but the rendering.
 
+use std::collections::BTreeMap;
+
 use clap::Args;
+use decor_api::RunContext;
 use serde::Serialize;
 
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
 use super::{Failure, Status, print_json};
-use crate::plan::{Costs, Period, Plan, Price, plan};
+use crate::objects::Cache;
+use crate::plan::{
+    CostsFrom, End, Pass, PassTotal, Period, Plan, Prediction, Price, Work, jobs, plan, whole_work,
+};
+use crate::probe;
+use crate::render::WorkFolder;
 use crate::segmentation::Class;
 use crate::stage::Stage;
 
@@ -15,14 +23,19 @@ use crate::stage::Stage;
 Examples:
   decor plan plane.anim
   decor plan plane.anim --mode exact --json | head -n 1
+  decor plan ladybirds.anim --probe
 
-The predicted seconds come from built-in costs of plain scenes; heavier scenes
-take longer in every mode alike.")]
+The predicted seconds come from a probe of the film where there was one (a probe
+is kept), else from built-in costs of plain scenes; heavier scenes take longer in
+every mode alike.")]
 pub struct PlanArgs {
     #[command(flatten)]
     film: FilmArgs,
     #[command(flatten)]
     wishes: PlanWishes,
+    /// Render a few small pictures to learn what this film costs.
+    #[arg(long)]
+    probe: bool,
     /// One JSON object a line on stdout.
     #[arg(long)]
     json: bool,
@@ -36,6 +49,10 @@ struct PeriodLine<'a> {
     threshold_px: f64,
     predicted_wall_s: f64,
     predicted_cpu_s: f64,
+    /// The frame that its décor dissolves towards, where it does.
+    dissolves_until: Option<u32>,
+    /// Why it is not longer.
+    end: End,
     whole: Option<String>,
     objects: Vec<ObjectLine<'a>>,
 }
@@ -63,26 +80,44 @@ struct PlanSummary {
     baseline_wall_s: f64,
     baseline_cpu_s: f64,
     predicted_speedup: f64,
-    costs: &'static str,
+    costs: CostsFrom,
+    /// What the probe itself cost; 0 without one.
+    probe_wall_s: f64,
+    probe_cpu_s: f64,
+    /// What the renderer would be asked for, by pass.
+    passes: BTreeMap<Pass, PassTotal>,
     fallback: bool,
 }
 
 /// Runs the verb.
 pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
+    if super::plain::names_plain(&args.film) {
+        return super::plain::plan(&args.film, &args.wishes, args.json);
+    }
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
     let frames = args.film.wanted(&stage.film);
-    let plan = plan(&stage, args.wishes.wishes(frames, false), &Costs::default())?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let (costs, jobs) = (Costs::default(), stage.adapter.abilities().jobs);
-    let prices = plan.prices(&costs, stage.size(), jobs, cores);
-    let count = frames.1 - frames.0 + 1;
-    let total = prices
-        .iter()
-        .fold(Price::default(), |sum, price| sum + *price);
-    let stock = costs.stock(count as usize, stage.size(), cores);
+    let wishes = args.wishes.wishes(frames, false);
+    let cache = Cache::open();
+    let mut probed = probe::known(&stage, &cache);
+    let mut planned = plan(&stage, wishes.clone(), &probed.costs)?;
+    if args.probe {
+        let work = WorkFolder::new(None)?;
+        let mut run = RunContext::new(&work.path);
+        run.timeout = args.film.timeout();
+        run.cancel = cancel;
+        probed = probe::probe(&stage, &planned, &cache, &run)?;
+        planned = plan(&stage, wishes, &probed.costs)?;
+    }
+    let plan = planned;
+    let (costs, cores, jobs) = (probed.costs, probe::cores(), jobs(&stage));
+    let works = plan.works(&stage);
+    let prices = costs.film(&works, jobs, cores);
+    let total: Price = prices.iter().copied().sum();
+    let stock = costs.stock(&whole_work(&stage, &plan.wishes), cores);
+    let prediction = Prediction::new(probed.from, total, stock);
     let summary = PlanSummary {
-        frames: count,
+        frames: frames.1 - frames.0 + 1,
         width: stage.size().width,
         height: stage.size().height,
         renderer: stage.adapter.name().into(),
@@ -92,13 +127,16 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
         predicted_cpu_s: total.cpu_s,
         baseline_wall_s: stock.wall_s,
         baseline_cpu_s: stock.cpu_s,
-        predicted_speedup: stock.wall_s / total.wall_s.max(1e-9),
-        costs: "built-in",
+        predicted_speedup: prediction.speedup(),
+        costs: probed.from,
+        probe_wall_s: probed.price.wall_s,
+        probe_cpu_s: probed.price.cpu_s,
+        passes: passes(&works),
         fallback: plan.is_fallback(),
     };
     if args.json {
         for (period, price) in plan.periods.iter().zip(&prices) {
-            print_json(&line(&stage, period, *price, plan.wishes.threshold_px))?;
+            print_json(&line(&stage, period, *price))?;
         }
         print_json(&summary)?;
     } else {
@@ -107,13 +145,23 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     Ok(Status::Done)
 }
 
-fn line<'s>(stage: &'s Stage, period: &Period, price: Price, threshold_px: f64) -> PeriodLine<'s> {
+fn passes(works: &[Work]) -> BTreeMap<Pass, PassTotal> {
+    let mut sums: BTreeMap<Pass, PassTotal> = BTreeMap::new();
+    for (pass, total) in works.iter().flat_map(Work::totals) {
+        *sums.entry(pass).or_default() += total;
+    }
+    sums
+}
+
+fn line<'s>(stage: &'s Stage, period: &Period, price: Price) -> PeriodLine<'s> {
     PeriodLine {
         start: period.start,
         length: period.len(),
-        threshold_px,
+        threshold_px: period.threshold_px,
         predicted_wall_s: price.wall_s,
         predicted_cpu_s: price.cpu_s,
+        dissolves_until: period.dissolve_until,
+        end: period.end,
         whole: period.whole.as_ref().map(ToString::to_string),
         objects: period
             .objects
@@ -132,9 +180,10 @@ fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
     for (period, price) in plan.periods.iter().zip(prices) {
         let last = period.start + period.len() - 1;
         say!(
-            "frames {} to {last}: about {:.1} s",
+            "frames {} to {last}: about {:.1} s, {:.1} s of CPU",
             period.start,
-            price.wall_s
+            price.wall_s,
+            price.cpu_s
         );
         if let Some(reason) = &period.whole {
             say!("  rendered frame by frame: {reason}");
@@ -145,10 +194,13 @@ fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
         }
     }
     say!(
-        "about {:.1} s in all, {:.1} s frame by frame by {}: {:.1} times faster (built-in costs)",
+        "about {:.1} s in all ({:.1} s of CPU), {:.1} s frame by frame by {} ({:.1} s of CPU): {:.1} times faster ({})",
         summary.predicted_wall_s,
+        summary.predicted_cpu_s,
         summary.baseline_wall_s,
         summary.renderer,
-        summary.predicted_speedup
+        summary.baseline_cpu_s,
+        summary.predicted_speedup,
+        summary.costs,
     );
 }

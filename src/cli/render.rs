@@ -10,11 +10,17 @@ use decor_api::{Baseline, PictureFormat, RunContext, Tally};
 use serde::Serialize;
 
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
+use super::job_log::{JOB_FILE, JobLog, finished};
+use super::plain::{self, PlainArgs};
 use super::progress::Progress;
 use super::{Failure, Status, print_json};
 use crate::animation::write_apng;
 use crate::frames::{name, write_safely};
-use crate::plan::{Costs, Mode, plan};
+use crate::objects::Cache;
+use crate::plan::{
+    CostsFrom, Mode, Plan, Prediction, Price, Wishes, jobs, plan, whole_work,
+};
+use crate::probe::{self, Probed};
 use crate::render::{Options, TracedPixels, WorkFolder, render};
 use crate::report::{Clock, Summary, period_summaries};
 use crate::stage::Stage;
@@ -26,7 +32,9 @@ Examples:
   decor render plane.anim -o frames
   decor render plane.anim -o exact --mode exact --format png16
   decor render plane.anim -o plain --baseline
-  decor render plane.anim -o part --frames 10-20 --keep scenes")]
+  decor render plane.anim -o part --frames 10-20 --keep scenes
+  decor render scene.ini -o frames                 (any POV-Ray animation)
+  decor render scene.pov -o frames -- +W320 +H240 +KFF50")]
 pub struct RenderArgs {
     #[command(flatten)]
     film: FilmArgs,
@@ -38,9 +46,9 @@ pub struct RenderArgs {
     /// Frame by frame by the stock renderer: one plain call over the film.
     #[arg(long, conflicts_with_all = ["mode", "threshold", "period", "jobs", "resume"])]
     baseline: bool,
-    /// The format of the frames.
-    #[arg(long, value_enum, default_value_t = Format::Png)]
-    format: Format,
+    /// The format of the frames [default: png; of a plain POV-Ray scene, its own].
+    #[arg(long, value_enum)]
+    format: Option<Format>,
     /// Calls of the renderer at once [default: chosen].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
@@ -94,6 +102,30 @@ impl Format {
     }
 }
 
+impl RenderArgs {
+    fn format(&self) -> Format {
+        self.format.unwrap_or(Format::Png)
+    }
+
+    /// What concerns a plain POV-Ray scene.
+    fn plain(&self, quiet: bool) -> PlainArgs<'_> {
+        PlainArgs {
+            film: &self.film,
+            wishes: &self.wishes,
+            out: &self.out,
+            baseline: self.baseline,
+            format: self.format.map(Format::picture),
+            jobs: self.jobs,
+            apng: self.apng.as_deref(),
+            fps: self.fps,
+            resume: self.resume,
+            keep: self.keep.as_deref(),
+            json: self.json,
+            quiet,
+        }
+    }
+}
+
 /// A finished frame, for `--json`.
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "frame")]
@@ -104,7 +136,10 @@ struct FrameLine<'a> {
 
 /// Runs the verb.
 pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
-    if args.apng.is_some() && args.format == Format::Exr {
+    if plain::names_plain(&args.film) {
+        return plain::run(&args.plain(quiet));
+    }
+    if args.apng.is_some() && args.format() == Format::Exr {
         return Err(Failure::usage(
             "--apng is made of PNG frames: leave out --format exr",
         ));
@@ -121,7 +156,7 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
     let text = serde_json::to_string_pretty(&summary).map_err(Failure::internal)? + "\n";
     write_safely(&args.out.join("decor.json"), text.as_bytes())?;
     if let Some(path) = &args.apng {
-        let format = args.format.picture();
+        let format = args.format().picture();
         let files: Vec<PathBuf> = (frames.0..=frames.1)
             .map(|n| args.out.join(name(n, format)))
             .collect();
@@ -143,20 +178,31 @@ fn layered(
     clock: &Clock,
     quiet: bool,
 ) -> Result<Summary, Failure> {
-    let format = args.format.picture();
-    let plan = plan(
-        stage,
-        args.wishes.wishes(frames, format == PictureFormat::Exr),
-        &Costs::default(),
-    )?;
+    let format = args.format().picture();
+    let wishes = args.wishes.wishes(frames, format == PictureFormat::Exr);
+    let (plan, probed) = planned(args, stage, wishes, cancel)?;
     let mut summary = describe(args, stage, frames);
     summary.mode = plan.wishes.mode.to_string();
     summary.threshold_px = plan.wishes.threshold_px;
     summary.periods = period_summaries(&plan);
     summary.fallback = plan.is_fallback();
+    // Other periods have other frames.
+    let starts: Vec<(u32, u32)> = plan.periods.iter().map(|p| (p.start, p.len())).collect();
+    let job = blake3::hash(format!("{} {starts:?}", summary.job).as_bytes());
+    summary.job = job.to_hex().to_string();
+    let jobs_at_once = args.jobs.map_or_else(|| jobs(stage), usize::from);
+    let works = plan.works(stage);
+    let price = probed.costs.film(&works, jobs_at_once, probe::cores());
+    let whole = whole_work(stage, &plan.wishes);
+    let stock = probed.costs.stock(&whole, probe::cores());
+    let prediction = Prediction::new(probed.from, price.into_iter().sum(), stock);
+    let before = Price {
+        wall_s: clock.wall_s(),
+        cpu_s: clock.cpu_s(),
+    };
     make_folder(&args.out)?;
     let skip = if args.resume {
-        finished(args, &summary.job, frames)
+        finished(&args.out, &summary.job, frames, &|n| name(n, format))
     } else {
         BTreeSet::new()
     };
@@ -186,73 +232,41 @@ fn layered(
     progress.finish();
     let done = done?;
     // Only an interrupted run needs it.
-    let _ = std::fs::remove_file(args.out.join(JOB_FILE));
+    log.end();
     summary.frames_kept = options.skip.len() as u64;
     summary.renderer_calls = done.calls;
     summary.renderer_frames = done.pictures;
     summary.pixels_traced = done.traced;
     (summary.wall_s, summary.cpu_s) = (clock.wall_s(), clock.cpu_s());
+    summary.prediction = Some(prediction.measured(Price {
+        wall_s: summary.wall_s - before.wall_s,
+        cpu_s: summary.cpu_s - before.cpu_s,
+    }));
     Ok(summary)
 }
 
-/// Where the job of an unfinished run is noted, and which frames it has
-/// finished: a line each. What else is in the folder is another job's.
-const JOB_FILE: &str = ".decor-job";
-
-/// The note of an unfinished run.
-struct JobLog(std::sync::Mutex<std::fs::File>);
-
-impl JobLog {
-    /// Notes the job, and the frames that are kept.
-    fn begin(out: &Path, job: &str, kept: &BTreeSet<u32>) -> Result<Self, Failure> {
-        let path = out.join(JOB_FILE);
-        let lines: String = kept.iter().map(|frame| format!("{frame}\n")).collect();
-        write_safely(&path, format!("{job}\n{lines}").as_bytes())?;
-        let file = std::fs::OpenOptions::new().append(true).open(&path);
-        let file = file.map_err(|source| Failure::write(&path, source))?;
-        Ok(Self(std::sync::Mutex::new(file)))
+/// The plan, with costs that were measured where that pays.
+fn planned(
+    args: &RenderArgs,
+    stage: &Stage,
+    wishes: Wishes,
+    cancel: &Arc<AtomicBool>,
+) -> Result<(Plan, Probed), Failure> {
+    let cache = Cache::open();
+    let mut probed = probe::known(stage, &cache);
+    let first = plan(stage, wishes.clone(), &probed.costs)?;
+    let measures = wishes.mode != Mode::Full
+        && probed.from == CostsFrom::BuiltIn
+        && probe::worth_probing(stage, &wishes);
+    if !measures {
+        return Ok((first, probed));
     }
-
-    /// One more frame is in its place.
-    fn finished(&self, frame: u32) {
-        use std::io::Write as _;
-        let mut file = self
-            .0
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        // A frame that is not noted is rendered again: no harm is done.
-        let _ = file.write_all(format!("{frame}\n").as_bytes());
-    }
-}
-
-/// The frames that an earlier run of the same job has left, finished or not.
-/// Frames are renamed into place: one that is there is whole.
-fn finished(args: &RenderArgs, job: &str, frames: (u32, u32)) -> BTreeSet<u32> {
-    let noted: BTreeSet<u32> = match std::fs::read_to_string(args.out.join(JOB_FILE)) {
-        Ok(note) => {
-            let mut lines = note.lines();
-            if lines.next() != Some(job) {
-                return BTreeSet::new();
-            }
-            lines.filter_map(|line| line.parse().ok()).collect()
-        }
-        Err(_) => {
-            let complete = || {
-                let text = std::fs::read_to_string(args.out.join("decor.json")).ok()?;
-                let value: serde_json::Value = serde_json::from_str(&text).ok()?;
-                let same = value.get("job")?.as_str()? == job;
-                let first = u32::try_from(value.get("first_frame")?.as_u64()?).ok()?;
-                let count = u32::try_from(value.get("frames")?.as_u64()?).ok()?;
-                same.then(|| (first..first.saturating_add(count)).collect())
-            };
-            complete().unwrap_or_default()
-        }
-    };
-    let format = args.format.picture();
-    let wanted = noted.range(frames.0..=frames.1).copied();
-    wanted
-        .filter(|n| args.out.join(name(*n, format)).is_file())
-        .collect()
+    let work = WorkFolder::new(None)?;
+    let mut run = RunContext::new(&work.path);
+    run.timeout = args.film.timeout();
+    run.cancel = Arc::clone(cancel);
+    probed = probe::probe(stage, &first, &cache, &run)?;
+    Ok((plan(stage, wishes, &probed.costs)?, probed))
 }
 
 fn baseline(
@@ -270,7 +284,7 @@ fn baseline(
         }
         .into());
     }
-    let format = args.format.picture();
+    let format = args.format().picture();
     let request = Baseline {
         prototypes: &stage.library.table,
         size: stage.size(),
@@ -337,8 +351,8 @@ fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
             args.seed,
             args.baseline,
             stage.key(),
-            args.wishes.wishes(frames, args.format == Format::Exr),
-            args.format.text()
+            args.wishes.wishes(frames, args.format() == Format::Exr),
+            args.format().text()
         )
         .as_bytes(),
     );
@@ -354,7 +368,7 @@ fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
         renderer_version: abilities.version.clone(),
         mode: mode.to_string(),
         threshold_px: 0.0,
-        format: args.format.text().into(),
+        format: args.format().text().into(),
         periods: Vec::new(),
         wall_s: 0.0,
         cpu_s: 0.0,
@@ -362,6 +376,7 @@ fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
         renderer_frames: 0,
         pixels_traced: TracedPixels::default(),
         pixels_full: count * size.pixels() as u64,
+        prediction: None,
         fallback: false,
         job: job.to_hex().to_string(),
     }

@@ -113,6 +113,18 @@ pub fn pair(a: &Path, b: &Path) -> Result<Vec<Match>, PairingError> {
     }
 }
 
+/// The pictures of a folder, each without a partner in `from`.
+///
+/// # Errors
+/// Where it is no folder, cannot be read, or has no picture.
+pub fn unpaired(folder: &Path, from: Side) -> Result<Vec<Match>, PairingError> {
+    let missing = |name: OsString| Match::Missing {
+        name: name.to_string_lossy().into_owned(),
+        from,
+    };
+    Ok(pictures(folder)?.into_iter().map(missing).collect())
+}
+
 fn is_folder(path: &Path) -> Result<bool, PairingError> {
     let metadata = std::fs::metadata(path).map_err(|source| PairingError::Io {
         path: path.to_owned(),

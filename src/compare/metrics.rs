@@ -3,6 +3,8 @@
 
 use rayon::prelude::*;
 
+use super::mask::Mask;
+use super::perceived::Perceived;
 use super::picture::{Form, Picture};
 
 /// Red, green, blue or alpha.
@@ -67,7 +69,7 @@ pub struct Place {
 /// are absolute, in units of the pictures' values: 1 is the whole range of a PNG.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metrics {
-    /// Pixels in all.
+    /// Pixels that were compared: all, or those that the mask has white.
     pub pixels: u64,
     /// The largest difference; +∞ where one is not finite.
     pub max: f64,
@@ -89,6 +91,8 @@ pub struct Metrics {
     pub not_finite: u64,
     /// The depth, where both have it.
     pub depth: Option<DepthMetrics>,
+    /// SSIM and FLIP, where they are wanted; [`measure`] leaves them out.
+    pub perceived: Option<Perceived>,
 }
 
 impl Metrics {
@@ -174,9 +178,13 @@ pub struct DepthMetrics {
 /// values. Rows are done in parallel and joined in their order: the result does
 /// not depend on the number of threads.
 ///
-/// Gives nothing where the sizes differ.
-pub fn measure(a: &Picture, b: &Picture, levels: &Levels) -> Option<Metrics> {
-    if a.size != b.size || a.values.len() != b.values.len() {
+/// Where there is a mask, only its white pixels are compared. Gives nothing where
+/// the sizes differ, the mask's included.
+pub fn measure(a: &Picture, b: &Picture, levels: &Levels, mask: Option<&Mask>) -> Option<Metrics> {
+    if a.size != b.size
+        || a.values.len() != b.values.len()
+        || mask.is_some_and(|mask| mask.size != a.size)
+    {
         return None;
     }
     let width = a.size.width as usize;
@@ -188,14 +196,22 @@ pub fn measure(a: &Picture, b: &Picture, levels: &Levels) -> Option<Metrics> {
         .map(|y| {
             let range = y as usize * width..(y as usize + 1) * width;
             let (a, b) = (&a.values[range.clone()], &b.values[range]);
-            Row::measure(y, a, b, channels, whole_steps, levels)
+            let pixels = (0..).zip(a.iter().zip(b));
+            match mask.map(|mask| mask.row(y as usize)) {
+                None => Row::measure(y, pixels, channels, whole_steps, levels),
+                Some(mask) => {
+                    let white = pixels.zip(mask).filter(|(_, white)| **white);
+                    let pixels = white.map(|(pixel, _)| pixel);
+                    Row::measure(y, pixels, channels, whole_steps, levels)
+                }
+            }
         })
         .collect();
     let mut all = Row::default();
     for row in &rows {
         all.append(row);
     }
-    let pixels = a.values.len() as u64;
+    let pixels = mask.map_or(a.values.len() as u64, Mask::pixels);
     Some(Metrics {
         pixels,
         max: all.max,
@@ -210,14 +226,18 @@ pub fn measure(a: &Picture, b: &Picture, levels: &Levels) -> Option<Metrics> {
         above_warn: all.above_warn,
         not_finite: all.not_finite,
         depth: match (&a.depth, &b.depth) {
-            (Some(a), Some(b)) if a.len() == b.len() => Some(measure_depth(a, b, width, levels)),
+            (Some(a), Some(b)) if a.len() == b.len() => {
+                Some(measure_depth(a, b, width, levels, mask))
+            }
             _ => None,
         },
+        perceived: None,
     })
 }
 
 /// The absolute difference of two values; +∞ where it is no finite number.
-fn difference(a: f32, b: f32, whole_steps: bool) -> f64 {
+/// `whole_steps`: both come from PNGs, and are whole steps of 16 bits.
+pub(super) fn difference(a: f32, b: f32, whole_steps: bool) -> f64 {
     if a == b {
         return 0.0;
     }
@@ -247,16 +267,15 @@ struct Row {
 }
 
 impl Row {
-    fn measure(
+    fn measure<'a>(
         y: u32,
-        a: &[[f32; 4]],
-        b: &[[f32; 4]],
+        pixels: impl Iterator<Item = (u32, (&'a [f32; 4], &'a [f32; 4]))>,
         channels: usize,
         whole_steps: bool,
         levels: &Levels,
     ) -> Self {
         let mut row = Self::default();
-        for (x, (a, b)) in (0..).zip(a.iter().zip(b)) {
+        for (x, (a, b)) in pixels {
             let mut pixel_max = 0.0_f64;
             for (k, channel) in Channel::ALL.into_iter().enumerate().take(channels) {
                 let difference = difference(a[k], b[k], whole_steps);
@@ -303,7 +322,13 @@ impl Row {
     }
 }
 
-fn measure_depth(a: &[f32], b: &[f32], width: usize, levels: &Levels) -> DepthMetrics {
+fn measure_depth(
+    a: &[f32],
+    b: &[f32],
+    width: usize,
+    levels: &Levels,
+    mask: Option<&Mask>,
+) -> DepthMetrics {
     let mut all = DepthMetrics::default();
     if width == 0 {
         return all;
@@ -315,6 +340,9 @@ fn measure_depth(a: &[f32], b: &[f32], width: usize, levels: &Levels) -> DepthMe
         .map(|(y, (a, b))| {
             let mut row = DepthMetrics::default();
             for (x, (&a, &b)) in (0..).zip(a.iter().zip(b)) {
+                if mask.is_some_and(|mask| !mask.counts(y * width + x as usize)) {
+                    continue;
+                }
                 let y = y as u32;
                 row.add(DepthPlace { x, y, a, b }, levels);
             }

@@ -1,17 +1,35 @@
 //! Comparing pictures and films: metrics, verdicts, difference pictures.
 //!
 //! Two paths → pairs ([`folders`]) → pictures ([`picture`]) → numbers
-//! ([`metrics`]) → a verdict by tolerances ([`verdict`]) → the film's totals
-//! ([`totals`]) → JSON or words ([`report`], [`words`]). Perception (SSIM,
-//! FLIP, flicker) is not here yet; a new metric of a pair is a field of
-//! [`metrics::Metrics`].
+//! ([`metrics`]; how it looks, [`perceived`]; from frame to frame, [`flicker`]) →
+//! a verdict by tolerances ([`verdict`]) → the film's totals ([`totals`]) → JSON,
+//! words, tables ([`report`], [`words`], [`csv_table`],
+//! [`junit`]).
+//!
+//! A is the plain film, B what is judged by it: no metric of a pair depends on
+//! that, the flicker does.
+//!
+//! Two pictures in memory: [`pair::metrics`]. Two files: [`pair::compare_pair`].
+//! Two films, read as they are needed: [`compare()`].
 
+pub mod baseline;
+pub mod csv_table;
+mod filter;
+pub mod flicker;
+pub mod flip;
 pub mod folders;
+pub mod junit;
+pub mod mask;
 pub mod metrics;
+pub mod moved;
 pub mod pair;
 pub mod panels;
+pub mod perceived;
 pub mod picture;
 pub mod report;
+pub mod seen;
+pub mod ssim;
+mod table;
 pub mod totals;
 pub mod verdict;
 pub mod words;
@@ -25,8 +43,9 @@ use rayon::prelude::*;
 
 use crate::frames::WriteError;
 use folders::{Match, PairingError, Side};
+use mask::Mask;
 pub(crate) use pair::with_causes;
-use pair::{PairReport, compare_pair};
+use pair::{PairReport, Pictures};
 use totals::Totals;
 use verdict::{Tolerances, Verdict};
 
@@ -34,13 +53,32 @@ use verdict::{Tolerances, Verdict};
 /// pictures are a quarter of a gigabyte.
 const PAIRS_AT_ONCE: usize = 8;
 
-/// What is tolerated, and what is written.
-#[derive(Clone, Debug, Default)]
+/// What is measured and tolerated, and what is written.
+#[derive(Clone, Debug)]
 pub struct Options {
     /// What is tolerated.
     pub tolerances: Tolerances,
+    /// The pixels that count; all where there is none.
+    pub mask: Option<Mask>,
+    /// Are SSIM and FLIP measured?
+    pub perception: bool,
+    /// How far the eye is, for FLIP: pixels per degree of its field.
+    pub pixels_per_degree: f32,
     /// The folder for difference pictures; made where it is not there.
     pub diff: Option<PathBuf>,
+}
+
+impl Default for Options {
+    /// Nothing is tolerated, everything is measured, nothing is written.
+    fn default() -> Self {
+        Self {
+            tolerances: Tolerances::default(),
+            mask: None,
+            perception: true,
+            pixels_per_degree: flip::PIXELS_PER_DEGREE,
+            diff: None,
+        }
+    }
 }
 
 /// A pair, or a picture without a partner.
@@ -118,9 +156,22 @@ pub fn compare(
     a: &Path,
     b: &Path,
     options: &Options,
+    each: impl FnMut(&Entry),
+) -> Result<Comparison, CompareError> {
+    compare_matches(folders::pair(a, b), (a, b), options, each)
+}
+
+/// As [`compare()`], of what is already paired; the paths are where it is from.
+///
+/// # Errors
+/// As of [`compare()`].
+pub fn compare_matches(
+    matches: Result<Vec<Match>, PairingError>,
+    (a, b): (&Path, &Path),
+    options: &Options,
     mut each: impl FnMut(&Entry),
 ) -> Result<Comparison, CompareError> {
-    let matches = match folders::pair(a, b) {
+    let matches = match matches {
         Ok(matches) => matches,
         Err(error) => return Ok(nothing_compared(&error)),
     };
@@ -129,14 +180,25 @@ pub fn compare(
     }
     let mut entries = Vec::with_capacity(matches.len());
     let mut diff_error = None;
+    // The pictures before the first of the batch, for the flicker.
+    let mut before: Option<Pictures> = None;
     let at_once = rayon::current_num_threads().clamp(1, PAIRS_AT_ONCE);
     for batch in matches.chunks(at_once) {
         // A full disk would be full for every frame.
         let diff = options.diff.as_deref().filter(|_| diff_error.is_none());
-        let done: Vec<_> = batch
-            .par_iter()
-            .map(|one| entry(one, &options.tolerances, diff))
+        let (reports, mut pictures): (Vec<_>, Vec<_>) = batch.par_iter().map(read).unzip();
+        let done: Vec<_> = reports
+            .into_par_iter()
+            .enumerate()
+            .map(|(k, report)| {
+                let before = match k.checked_sub(1) {
+                    Some(k) => pictures[k].as_ref(),
+                    None => before.as_ref(),
+                };
+                judged(report, pictures[k].as_ref(), before, options, diff)
+            })
             .collect();
+        before = pictures.pop().flatten();
         for (entry, error) in done {
             each(&entry);
             entries.push(entry);
@@ -153,16 +215,31 @@ pub fn compare(
     })
 }
 
-fn entry(one: &Match, tolerances: &Tolerances, diff: Option<&Path>) -> (Entry, Option<WriteError>) {
+fn read(one: &Match) -> (Entry, Option<Pictures>) {
     match one {
         Match::Missing { name, from } => {
             let (name, from) = (name.clone(), *from);
             (Entry::Missing { name, from }, None)
         }
         Match::Pair { name, a, b } => {
-            let diff = diff.map(|folder| folder.join(diff_name(name)));
-            let (name, a, b) = (name.clone(), a.clone(), b.clone());
-            let (report, error) = compare_pair(name, a, b, tolerances, diff.as_deref());
+            let (report, pictures) = pair::load(name.clone(), a.clone(), b.clone());
+            (Entry::Pair(Box::new(report)), pictures)
+        }
+    }
+}
+
+fn judged(
+    entry: Entry,
+    pictures: Option<&Pictures>,
+    before: Option<&Pictures>,
+    options: &Options,
+    diff: Option<&Path>,
+) -> (Entry, Option<WriteError>) {
+    match entry {
+        Entry::Missing { .. } => (entry, None),
+        Entry::Pair(report) => {
+            let diff = diff.map(|folder| folder.join(diff_name(&report.name)));
+            let (report, error) = pair::judge(*report, pictures, before, options, diff.as_deref());
             (Entry::Pair(Box::new(report)), error)
         }
     }

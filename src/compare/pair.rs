@@ -6,10 +6,14 @@ use std::path::{Path, PathBuf};
 use decor_api::Size;
 use rayon::join;
 
+use super::Options;
+use super::flicker::{Flicker, flicker};
 use super::metrics::{Metrics, measure};
+use super::moved::moved;
 use super::panels;
+use super::perceived::perceive;
 use super::picture::{Encoding, Form, Picture, PictureError};
-use super::verdict::{Tolerances, Verdict};
+use super::verdict::Verdict;
 use crate::frames::{WriteError, write_safely};
 
 /// What came of a pair.
@@ -31,6 +35,11 @@ pub struct PairReport {
     pub sizes: (Option<Size>, Option<Size>),
     /// The numbers, where the pictures are comparable.
     pub metrics: Option<Metrics>,
+    /// What changes from the pair before to this one, where there is one and all
+    /// four pictures are comparable.
+    pub flicker: Option<Flicker>,
+    /// The columns and rows by which B is A moved, where a failure is that.
+    pub moved: Option<(i64, i64)>,
     /// The difference picture, where one was written.
     pub diff: Option<PathBuf>,
 }
@@ -42,15 +51,41 @@ impl PairReport {
     }
 }
 
+/// Two pictures in memory that can be compared: of one size and one encoding.
+#[derive(Debug)]
+pub struct Pictures {
+    /// The first picture.
+    pub a: Picture,
+    /// The second picture.
+    pub b: Picture,
+}
+
+/// All metrics of two pictures of one encoding, without files and verdicts.
+/// Nothing where the sizes differ, the mask's included.
+pub fn metrics(a: &Picture, b: &Picture, options: &Options) -> Option<Metrics> {
+    let mask = options.mask.as_ref();
+    let mut metrics = measure(a, b, &options.tolerances.levels(), mask)?;
+    if options.perception {
+        metrics.perceived = perceive(a, b, mask, options.pixels_per_degree);
+    }
+    Some(metrics)
+}
+
 /// Compares two picture files. Gives the report, and why the difference picture
 /// could not be written, if it could not: the numbers are not lost with it.
 pub fn compare_pair(
     name: String,
     a: PathBuf,
     b: PathBuf,
-    tolerances: &Tolerances,
+    options: &Options,
     diff: Option<&Path>,
 ) -> (PairReport, Option<WriteError>) {
+    let (report, pictures) = load(name, a, b);
+    judge(report, pictures.as_ref(), None, options, diff)
+}
+
+/// Reads a pair; the pictures, where they can be compared.
+pub fn load(name: String, a: PathBuf, b: PathBuf) -> (PairReport, Option<Pictures>) {
     let mut report = PairReport {
         name,
         verdict: Verdict::Within,
@@ -58,6 +93,8 @@ pub fn compare_pair(
         notes: Vec::new(),
         sizes: (None, None),
         metrics: None,
+        flicker: None,
+        moved: None,
         diff: None,
         a,
         b,
@@ -79,18 +116,45 @@ pub fn compare_pair(
     };
     report.sizes = (Some(a.size), Some(b.size));
     report.notes = notes(&a, &b);
-    let (a, b) = in_one_encoding(a, b);
-    let metrics = measure(&a, &b, &tolerances.levels());
-    let Some(metrics) = metrics.filter(|_| a.origin == b.origin) else {
+    if a.size != b.size || a.origin != b.origin {
         report.verdict = Verdict::NotComparable;
         report.reasons.push(why_not(&a, &b));
         return (report, None);
+    }
+    let (a, b) = in_one_encoding(a, b);
+    (report, Some(Pictures { a, b }))
+}
+
+/// Measures and judges a pair that was read; `before` is the pair before it, if
+/// it can be compared.
+pub fn judge(
+    mut report: PairReport,
+    pictures: Option<&Pictures>,
+    before: Option<&Pictures>,
+    options: &Options,
+    diff: Option<&Path>,
+) -> (PairReport, Option<WriteError>) {
+    let Some(Pictures { a, b }) = pictures else {
+        return (report, None);
     };
+    let Some(metrics) = metrics(a, b, options).filter(|metrics| metrics.pixels > 0) else {
+        report.verdict = Verdict::NotComparable;
+        report.reasons.push(nothing_counts(a, options));
+        return (report, None);
+    };
+    let tolerances = &options.tolerances;
     (report.verdict, report.reasons) = tolerances.judge(&metrics);
+    if report.verdict == Verdict::Failed && metrics.differing > 0 {
+        report.moved = moved(a, b, tolerances.fail.level);
+    }
+    report.flicker = before.and_then(|before| {
+        let (before, now) = ((&before.a, &before.b), (a, b));
+        flicker(before, now, tolerances.fail.level, options.mask.as_ref())
+    });
     report.metrics = Some(metrics);
     let mut failed = None;
     if let Some(path) = diff {
-        let written = panels::png(&a, &b)
+        let written = panels::png(a, b)
             .map_err(|source| WriteError::Png {
                 path: path.to_owned(),
                 source,
@@ -102,6 +166,20 @@ pub fn compare_pair(
         }
     }
     (report, failed)
+}
+
+fn nothing_counts(picture: &Picture, options: &Options) -> String {
+    match &options.mask {
+        Some(mask) if mask.size != picture.size => {
+            let (mask, size) = (mask.size, picture.size);
+            format!(
+                "the mask has {}×{} pixels, the pictures have {}×{}",
+                mask.width, mask.height, size.width, size.height
+            )
+        }
+        Some(_) => "the mask has no white pixel".to_owned(),
+        None => "the pictures have no pixels".to_owned(),
+    }
 }
 
 fn size(picture: &Result<Picture, PictureError>) -> Option<Size> {

@@ -54,7 +54,7 @@ fn shown(picture: &Picture, [r, g, b, _]: [f32; 4]) -> [u8; 3] {
     if [r, g, b].iter().any(|value| value.is_nan()) {
         return NOT_FINITE;
     }
-    [r, g, b].map(|value| match picture.form.encoding() {
+    [r, g, b].map(|value| match picture.encoding {
         Encoding::Display => byte(value),
         Encoding::Linear => byte(srgb(value)),
     })

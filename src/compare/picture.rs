@@ -86,8 +86,11 @@ pub struct Picture {
     pub origin: (i64, i64),
     /// What it was stored as.
     pub form: Form,
+    /// What the values mean: [`Form::encoding`]'s word, until they are made to
+    /// mean something else.
+    pub encoding: Encoding,
     /// Red, green, blue, alpha, one entry a pixel; grey is all three. Alpha is 1
-    /// where the file has none. The meaning is [`Form::encoding`]'s.
+    /// where the file has none.
     pub values: Vec<[f32; 4]>,
     /// Has the file an alpha of its own?
     pub has_alpha: bool,
@@ -123,9 +126,10 @@ impl Picture {
     /// with is not premultiplied. Otherwise the colour stays as it lies on black.
     pub fn as_display(&self, straight: bool) -> Self {
         let mut picture = self.clone();
-        if self.form.encoding() == Encoding::Display {
+        if self.encoding == Encoding::Display {
             return picture;
         }
+        picture.encoding = Encoding::Display;
         for [r, g, b, a] in &mut picture.values {
             for channel in [r, g, b] {
                 if straight && *a > 0.0 {
@@ -209,6 +213,7 @@ fn read_png(path: &Path) -> Result<Picture, PictureError> {
         size,
         origin: (0, 0),
         form,
+        encoding: form.encoding(),
         values,
         has_alpha: matches!(channels, 2 | 4),
         depth: None,
@@ -243,6 +248,7 @@ fn read_linear(path: &Path) -> Result<Picture, PictureError> {
         },
         origin,
         form: Form::Exr,
+        encoding: Encoding::Linear,
         values: layer.colour.unwrap_or_default(),
         has_alpha,
         depth: layer.depth,

@@ -8,8 +8,10 @@ use std::path::Path;
 
 use serde::{Serialize, Serializer};
 
+use super::flicker::Flicker;
 use super::metrics::{DepthMetrics, Metrics, Place};
 use super::pair::PairReport;
+use super::totals::FilmPerceived;
 use super::verdict::{Tolerances, Verdict};
 use super::{Comparison, Entry};
 
@@ -45,6 +47,10 @@ enum Line<'a> {
         missing_from: super::folders::Side,
         verdict: Verdict,
     },
+    Update {
+        name: &'a str,
+        action: super::baseline::Action,
+    },
     Summary(Summary<'a>),
 }
 
@@ -68,8 +74,49 @@ struct Pair<'a> {
     not_finite: Option<u64>,
     tolerance: Number,
     largest: Option<Largest>,
+    ssim: Option<f64>,
+    flip: Option<f64>,
+    flip_max: Option<f64>,
+    flicker: Option<Transition>,
+    moved: Option<(i64, i64)>,
     depth: Option<Depth>,
     diff: Option<String>,
+}
+
+/// Changed pixels of one transition, or of all.
+#[derive(Debug, Serialize)]
+struct Transition {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    transitions: Option<u64>,
+    pixels: u64,
+    changed_a: u64,
+    changed_b: u64,
+    difference: i64,
+    added: u64,
+    lost: u64,
+    share_added: f64,
+}
+
+impl From<&Flicker> for Transition {
+    fn from(flicker: &Flicker) -> Self {
+        Self {
+            transitions: None,
+            pixels: flicker.pixels,
+            changed_a: flicker.changed_a,
+            changed_b: flicker.changed_b,
+            difference: flicker.difference(),
+            added: flicker.added,
+            lost: flicker.lost,
+            share_added: flicker.share_added(),
+        }
+    }
+}
+
+/// The pair where a number is worst.
+#[derive(Debug, Serialize)]
+struct Extreme<'a, T> {
+    name: &'a str,
+    value: T,
 }
 
 #[derive(Debug, Serialize)]
@@ -128,6 +175,12 @@ struct Summary<'a> {
     unequal: u64,
     not_finite: u64,
     tolerance: Number,
+    ssim: Option<f64>,
+    ssim_lowest: Option<Extreme<'a, f64>>,
+    flip: Option<f64>,
+    flip_highest: Option<Extreme<'a, f64>>,
+    flicker: Option<Transition>,
+    flicker_worst: Option<Extreme<'a, u64>>,
     depth: Option<Depth>,
     worst: Option<Worst<'a>>,
 }
@@ -158,6 +211,17 @@ pub fn entry_line(entry: &Entry, tolerances: &Tolerances) -> serde_json::Result<
     })
 }
 
+/// The line of a reference that was changed, without its end.
+///
+/// # Errors
+/// None that input can cause; the serializer's.
+pub fn change_line(change: &super::baseline::Change) -> serde_json::Result<String> {
+    serde_json::to_string(&Line::Update {
+        name: &change.name,
+        action: change.action,
+    })
+}
+
 /// The last line, without its end.
 ///
 /// # Errors
@@ -175,6 +239,12 @@ pub fn summary_line(
         Entry::Pair(pair) => Some(pair),
         Entry::Missing { .. } => None,
     });
+    let name = |k: usize| comparison.entries.get(k).map_or("", Entry::name);
+    let perceived = totals.perceived.as_ref();
+    let lowest = perceived.and_then(|film| film.lowest_ssim);
+    let highest = perceived.and_then(|film| film.highest_flip);
+    let flicker = totals.flicker.as_ref();
+    let most = flicker.and_then(|film| film.worst);
     serde_json::to_string(&Line::Summary(Summary {
         verdict: comparison.verdict,
         status: comparison.verdict.status(),
@@ -201,6 +271,24 @@ pub fn summary_line(
         unequal: totals.unequal,
         not_finite: totals.not_finite,
         tolerance: Number(tolerances.fail.level),
+        ssim: perceived.and_then(FilmPerceived::ssim),
+        ssim_lowest: lowest.map(|(value, k)| Extreme {
+            name: name(k),
+            value,
+        }),
+        flip: perceived.map(FilmPerceived::flip),
+        flip_highest: highest.map(|(value, k)| Extreme {
+            name: name(k),
+            value,
+        }),
+        flicker: flicker.map(|film| Transition {
+            transitions: Some(film.transitions),
+            ..Transition::from(&film.all)
+        }),
+        flicker_worst: most.map(|(value, k)| Extreme {
+            name: name(k),
+            value,
+        }),
         depth: totals.depth.as_ref().map(|d| depth(d, tolerances, false)),
         worst: worst.map(|pair| Worst {
             name: &pair.name,
@@ -216,6 +304,7 @@ pub fn summary_line(
 
 fn pair_line<'a>(pair: &'a PairReport, tolerances: &Tolerances) -> Pair<'a> {
     let metrics = pair.metrics.as_ref();
+    let perceived = metrics.and_then(|m| m.perceived.as_ref());
     let size = |size: decor_api::Size| [size.width, size.height];
     Pair {
         name: &pair.name,
@@ -236,6 +325,11 @@ fn pair_line<'a>(pair: &'a PairReport, tolerances: &Tolerances) -> Pair<'a> {
         not_finite: metrics.map(|m| m.not_finite),
         tolerance: Number(tolerances.fail.level),
         largest: metrics.and_then(largest),
+        ssim: perceived.and_then(|seen| seen.ssim).map(|ssim| ssim.mean),
+        flip: perceived.map(|seen| seen.flip.mean),
+        flip_max: perceived.map(|seen| seen.flip.max),
+        flicker: pair.flicker.as_ref().map(Transition::from),
+        moved: pair.moved,
         depth: metrics
             .and_then(|m| m.depth.as_ref())
             .map(|d| depth(d, tolerances, true)),

@@ -29,6 +29,7 @@ fn picture(width: u32, form: Form, values: &[[f32; 3]]) -> Picture {
         },
         origin: (0, 0),
         form,
+        encoding: form.encoding(),
         values: values.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect(),
         has_alpha: false,
         depth: None,

@@ -93,6 +93,36 @@ impl Default for Tolerances {
     }
 }
 
+/// Tolerances that others judge their pictures by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Preset {
+    /// Blender's render tests: 1 % of the pixels may differ by more than 0.016.
+    Blender,
+    /// OpenImageIO's `idiff` without options: whatever differs by more than 1e-6
+    /// fails.
+    Idiff,
+}
+
+impl Preset {
+    /// The tolerances.
+    pub fn tolerances(self) -> Tolerances {
+        let limit = |level, percent| Limit { level, percent };
+        match self {
+            Self::Blender => Tolerances {
+                fail: limit(0.016, 1.0),
+                fail_depth: 0.016,
+                ..Tolerances::default()
+            },
+            Self::Idiff => Tolerances {
+                fail: limit(1e-6, 0.0),
+                fail_depth: 1e-6,
+                warn: Some(limit(1e-6, 0.0)),
+                ..Tolerances::default()
+            },
+        }
+    }
+}
+
 impl Tolerances {
     /// The differences above which pixels have to be counted.
     pub fn levels(&self) -> Levels {

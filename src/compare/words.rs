@@ -1,13 +1,10 @@
 //! A comparison in words: a table, worst first, and the verdict in the last line.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use super::metrics::{DepthMetrics, Metrics};
+use super::Comparison;
 use super::pair::PairReport;
-use super::totals::is_worse;
-use super::verdict::Verdict;
-use super::{Comparison, Entry};
+use super::table::{HEAD, Row, is_number, last_line, notes, of_the_film, row, worst_first};
 
 /// Rows of the table: the worst are what is looked for, `--json` has all.
 const ROWS: usize = 20;
@@ -20,21 +17,7 @@ pub fn write(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
     if let Some(reason) = &comparison.reason {
         return writeln!(out, "{}: {reason}", comparison.verdict.words());
     }
-    let mut pairs: Vec<&PairReport> = comparison
-        .entries
-        .iter()
-        .filter_map(|entry| match entry {
-            Entry::Pair(pair) => Some(&**pair),
-            Entry::Missing { .. } => None,
-        })
-        .collect();
-    // The sort keeps the order of the names among equals.
-    pairs.sort_by(|one, other| is_worse(other, one).cmp(&is_worse(one, other)));
-    let alone = comparison.entries.len() == 1;
-    let (numbers, rest): (Vec<&PairReport>, Vec<&PairReport>) = pairs
-        .into_iter()
-        .filter(|pair| alone || !pair.identical())
-        .partition(|pair| pair.metrics.is_some());
+    let (numbers, rest) = worst_first(comparison);
     for pair in rest.iter().take(ROWS) {
         let (name, verdict) = (&pair.name, pair.verdict.words());
         writeln!(out, "{name}: {verdict}: {}", pair.reasons.join("; "))?;
@@ -51,11 +34,16 @@ pub fn write(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
     }
     table(&numbers, out)?;
     left_out(numbers.len(), "pairs that differ", out)?;
-    if !alone && comparison.totals.identical > 0 {
+    if comparison.entries.len() > 1 && comparison.totals.identical > 0 {
         writeln!(out, "identical: {}", comparison.totals.identical)?;
     }
-    notes(comparison, out)?;
-    last_line(comparison, out)
+    for note in notes(comparison) {
+        writeln!(out, "note: {note}")?;
+    }
+    for line in of_the_film(comparison) {
+        writeln!(out, "{line}")?;
+    }
+    writeln!(out, "{}", last_line(comparison))
 }
 
 fn left_out(count: usize, what: &str, out: &mut dyn Write) -> io::Result<()> {
@@ -66,149 +54,101 @@ fn left_out(count: usize, what: &str, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn table(pairs: &[&PairReport], out: &mut dyn Write) -> io::Result<()> {
-    let header = [
-        "name",
-        "max",
-        "rms",
-        "psnr dB",
-        "differing",
-        "share",
-        "where",
-        "verdict",
-    ];
-    let mut rows: Vec<([String; 8], Option<&DepthMetrics>)> = Vec::new();
-    for pair in pairs.iter().take(ROWS) {
-        if let Some(metrics) = &pair.metrics {
-            rows.push((cells(pair, metrics), metrics.depth.as_ref()));
-        }
-    }
+    let rows: Vec<Row> = pairs
+        .iter()
+        .take(ROWS)
+        .filter_map(|pair| row(pair))
+        .collect();
     if rows.is_empty() {
         return Ok(());
     }
-    let mut widths = header.map(|word| word.chars().count());
-    for (cells, _) in &rows {
-        for (width, cell) in widths.iter_mut().zip(cells) {
+    let mut widths = HEAD.map(|word| word.chars().count());
+    for row in &rows {
+        for (width, cell) in widths.iter_mut().zip(&row.cells) {
             *width = cell.chars().count().max(*width);
         }
     }
-    let line = |cells: [&str; 8]| {
+    let line = |cells: [&str; HEAD.len()]| {
         let mut text = String::new();
         for (k, (cell, width)) in cells.into_iter().zip(widths).enumerate() {
-            // Numbers to the right, words to the left.
-            text += &match k {
-                1..=5 => format!("{cell:>width$}  "),
-                _ => format!("{cell:<width$}  "),
+            text += &if is_number(k) {
+                format!("{cell:>width$}  ")
+            } else {
+                format!("{cell:<width$}  ")
             };
         }
         text.trim_end().to_owned()
     };
-    writeln!(out, "{}", line(header))?;
-    for (cells, depth) in &rows {
-        writeln!(out, "{}", line(cells.each_ref().map(String::as_str)))?;
-        if let Some(depth) = depth.filter(|depth| depth.unequal > 0) {
-            writeln!(out, "    {}", depth_words(depth))?;
+    writeln!(out, "{}", line(HEAD))?;
+    for row in &rows {
+        writeln!(out, "{}", line(row.cells.each_ref().map(String::as_str)))?;
+        for words in &row.below {
+            writeln!(out, "    {words}")?;
         }
     }
     Ok(())
 }
 
-fn cells(pair: &PairReport, metrics: &Metrics) -> [String; 8] {
-    let verdict = match pair.verdict {
-        Verdict::Within if metrics.identical() => "identical",
-        verdict => verdict.words(),
-    };
-    let place = metrics.largest.map(|at| {
-        let channel = at.channel.name();
-        format!("({}, {}) {channel} {} / {}", at.x, at.y, at.a, at.b)
-    });
-    [
-        pair.name.clone(),
-        format!("{:.5}", metrics.max),
-        format!("{:.6}", metrics.rms()),
-        decibels(metrics.psnr()),
-        metrics.differing.to_string(),
-        format!("{:.3} %", 100.0 * metrics.share_above()),
-        place.unwrap_or_else(|| "-".to_owned()),
-        verdict.to_owned(),
-    ]
-}
-
-fn decibels(psnr: f64) -> String {
-    if psnr.is_finite() {
-        format!("{psnr:.2}")
-    } else {
-        "inf".to_owned()
+/// The same as Markdown, with every pair that differs.
+///
+/// # Errors
+/// Where `out` cannot be written.
+pub fn write_markdown(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
+    if let Some(reason) = &comparison.reason {
+        let verdict = comparison.verdict.words();
+        return writeln!(out, "**{verdict}: {}**", escaped(reason));
     }
-}
-
-fn depth_words(depth: &DepthMetrics) -> String {
-    let mut words = format!(
-        "depth: largest difference {:.2e} ({:.1e} of it), {} pixels differ",
-        depth.max_absolute, depth.max_relative, depth.unequal,
-    );
-    if depth.surface_in_one > 0 {
-        words += &format!(", {} have a surface in one only", depth.surface_in_one);
-    }
-    if depth.not_a_number > 0 {
-        words += &format!(", {} are no number", depth.not_a_number);
-    }
-    if let Some(at) = depth.largest {
-        words += &format!("; worst at ({}, {}) {} / {}", at.x, at.y, at.a, at.b);
-    }
-    words
-}
-
-/// Every note once, with the number of pairs it is true of.
-fn notes(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
-    let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
-    for entry in &comparison.entries {
-        if let Entry::Pair(pair) = entry {
-            for note in &pair.notes {
-                *counts.entry(note).or_default() += 1;
-            }
+    writeln!(out, "**{}**", escaped(&last_line(comparison)))?;
+    let (numbers, rest) = worst_first(comparison);
+    let rows: Vec<Row> = numbers.into_iter().filter_map(row).collect();
+    if !rows.is_empty() {
+        writeln!(out, "\n| {} |", HEAD.join(" | "))?;
+        let rule = |k| if is_number(k) { "---:" } else { "---" };
+        let rules: Vec<&str> = (0..HEAD.len()).map(rule).collect();
+        writeln!(out, "| {} |", rules.join(" | "))?;
+        for row in &rows {
+            let cells = row.cells.each_ref().map(|cell| escaped(cell));
+            writeln!(out, "| {} |", cells.join(" | "))?;
         }
     }
-    for (note, count) in counts {
-        let pairs = if count == 1 { "pair" } else { "pairs" };
-        writeln!(out, "note: {note} ({count} {pairs})")?;
+    let mut items: Vec<String> = Vec::new();
+    for pair in rest {
+        let (name, verdict) = (&pair.name, pair.verdict.words());
+        items.push(format!("{name}: {verdict}: {}", pair.reasons.join("; ")));
+    }
+    for (names, side) in [
+        (&comparison.totals.missing_from_a, 'A'),
+        (&comparison.totals.missing_from_b, 'B'),
+    ] {
+        items.extend(
+            names
+                .iter()
+                .map(|name| format!("{name}: missing from {side}")),
+        );
+    }
+    for row in &rows {
+        let name = &row.cells[0];
+        items.extend(row.below.iter().map(|words| format!("{name}: {words}")));
+    }
+    items.extend(notes(comparison).iter().map(|note| format!("note: {note}")));
+    items.extend(of_the_film(comparison));
+    if !items.is_empty() {
+        writeln!(out)?;
+    }
+    for item in items {
+        writeln!(out, "- {}", escaped(&item))?;
     }
     Ok(())
 }
 
-fn last_line(comparison: &Comparison, out: &mut dyn Write) -> io::Result<()> {
-    let totals = &comparison.totals;
-    let frames = totals.frames();
-    let pairs = if frames == 1 { "pair" } else { "pairs" };
-    let mut words = format!("{}: {frames} {pairs}", comparison.verdict.words());
-    for (verdict, count) in Verdict::ALL.into_iter().zip(totals.pairs) {
-        if count > 0 && frames > 1 {
-            words += &format!(", {count} {}", verdict.words());
+/// Text in which Markdown sees nothing of its own.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        if matches!(c, '\\' | '|' | '*' | '_' | '`' | '<' | '[' | ']') {
+            escaped.push('\\');
         }
+        escaped.push(if c == '\n' { ' ' } else { c });
     }
-    if totals.missing() > 0 {
-        words += &format!(", {} without a partner", totals.missing());
-    }
-    if totals.compared > 0 {
-        if totals.compared == totals.identical {
-            words += ", identical";
-        } else {
-            words += &format!(
-                "; max {:.5}, rms {:.6}, psnr {} dB, {:.3} % of the pixels above the tolerance",
-                totals.max,
-                totals.rms(),
-                decibels(totals.psnr()),
-                100.0 * totals.share_above(),
-            );
-        }
-    }
-    if let Some(worst) = totals.worst.and_then(|k| comparison.entries.get(k)) {
-        if frames > 1 {
-            words += &format!("; worst {}", worst.name());
-        } else if let Entry::Pair(pair) = worst
-            && !pair.reasons.is_empty()
-        {
-            words += &format!("; {}", pair.reasons.join("; "));
-        }
-    }
-    writeln!(out, "{words}")
+    escaped
 }

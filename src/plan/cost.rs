@@ -1,52 +1,142 @@
 //! What a plan will cost, before it is executed.
 //!
-//! A model of few terms: every call of the renderer costs time in which it
-//! mostly sleeps, every picture in it a little more, every pixel its work. Calls
-//! overlap; work is shared by the cores.
+//! [`Work`] counts what a period makes the renderer do; [`Costs`] says what one
+//! of each thing costs, as measured on this film, renderer and machine (see
+//! [`probe`](crate::probe)), or built in; [`Costs::price`] sends the work
+//! through a model of the pool of calls and gives seconds. A call sleeps for
+//! most of its time where pictures are small, and computes where they are large:
+//! only such a model knows which of the two a plan waits for.
 
-use decor_api::Size;
+mod coverage;
+mod pool;
+mod prediction;
+mod work;
 
-use super::{FramePlan, Period, Plan};
+use serde::{Deserialize, Serialize};
 
-/// What things cost. The defaults were measured with POV-Ray 3.7 on plain scenes
-/// of a few dozen objects; heavier scenes cost more per pixel, in all modes
-/// alike, so that speed-ups are nearer to the truth than seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+pub use coverage::Coverage;
+pub use pool::{chunk_length, jobs, periods_at_once};
+pub use prediction::{CostsFrom, Prediction};
+pub use work::{FrameWork, Parsed, Pass, PassTotal, Picture, Seen, Survey, Work};
+
+use super::{Plan, Wishes};
+use crate::stage::Stage;
+
+/// What a pixel costs, in seconds of CPU: tracing it, and reading it back.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PixelCost {
+    /// Any pixel.
+    pub any_s: f64,
+    /// What one that shows an object costs more.
+    pub covered_s: f64,
+}
+
+impl PixelCost {
+    /// So many pixels, of which so many show an object.
+    pub fn of(&self, pixels: f64, covered: f64) -> f64 {
+        self.any_s * pixels + self.covered_s * covered
+    }
+
+    /// Both times a factor.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        Self {
+            any_s: self.any_s * factor,
+            covered_s: self.covered_s * factor,
+        }
+    }
+}
+
+/// What things cost, in seconds. CPU time but for the sleep. The defaults were
+/// measured with POV-Ray 3.7 on plain scenes of a few dozen objects; heavier
+/// scenes cost more per pixel in all modes alike, so that speed-ups are nearer
+/// to the truth than seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Costs {
-    /// Wall time of a call that renders nothing, in seconds.
-    pub call_wall_s: f64,
-    /// Its CPU time.
+    /// A call that renders nothing sleeps so long.
+    pub call_sleep_s: f64,
+    /// What it computes.
     pub call_cpu_s: f64,
-    /// Wall time that one more picture in a call adds.
-    pub picture_wall_s: f64,
-    /// Its CPU time.
+    /// One more picture in a call sleeps so long.
+    pub picture_sleep_s: f64,
+    /// What it computes, where it is small and of an empty scene.
     pub picture_cpu_s: f64,
-    /// CPU time of a pixel of colour.
-    pub pixel_cpu_s: f64,
-    /// CPU time of a pixel of depth.
-    pub depth_pixel_cpu_s: f64,
+    /// A pixel of the picture as the renderer holds and writes it, traced or
+    /// not: blocks lie in a picture of full size.
+    pub canvas_pixel_s: f64,
+    /// A placed object is read.
+    pub instance_s: f64,
+    /// A byte of a description is read.
+    pub byte_s: f64,
+    /// Colour from the full scene, or from a décor's.
+    pub colour: PixelCost,
+    /// Depth of a décor.
+    pub depth: PixelCost,
+    /// Colour of the fast objects alone.
+    pub fast: PixelCost,
+    /// Their depth.
+    pub fast_depth: PixelCost,
+    /// decor: a pixel of a merge.
+    pub merge_pixel_s: f64,
+    /// decor: a pixel encoded as the file's colour.
+    pub encode_pixel_s: f64,
+    /// decor: a pixel of a file, compressed and written.
+    pub write_pixel_s: f64,
 }
 
 impl Default for Costs {
     fn default() -> Self {
         Self {
-            call_wall_s: 0.45,
-            call_cpu_s: 0.02,
-            picture_wall_s: 0.25,
-            picture_cpu_s: 0.016,
-            pixel_cpu_s: 6e-7,
-            depth_pixel_cpu_s: 2.5e-7,
+            call_sleep_s: 0.42,
+            call_cpu_s: 0.012,
+            picture_sleep_s: 0.23,
+            picture_cpu_s: 0.006,
+            canvas_pixel_s: 3e-8,
+            instance_s: 2e-5,
+            byte_s: 1.5e-7,
+            colour: PixelCost {
+                any_s: 3e-7,
+                covered_s: 6e-7,
+            },
+            depth: PixelCost {
+                any_s: 2.5e-7,
+                covered_s: 2e-7,
+            },
+            fast: PixelCost {
+                any_s: 2.5e-7,
+                covered_s: 6e-7,
+            },
+            fast_depth: PixelCost {
+                any_s: 2.5e-7,
+                covered_s: 2e-7,
+            },
+            merge_pixel_s: 1e-8,
+            encode_pixel_s: 2e-8,
+            write_pixel_s: 2e-8,
         }
     }
 }
 
 /// A predicted cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Price {
     /// Seconds on the clock.
     pub wall_s: f64,
     /// Seconds of all cores.
     pub cpu_s: f64,
+}
+
+impl Price {
+    /// One number to choose by: less is better.
+    ///
+    /// The time on the clock counts first. Where calls mostly sleep, plans of
+    /// very different work take the same time: then the one that leaves the
+    /// cores to others is better, and a plan whose wall time was predicted too
+    /// well is not preferred for that alone. Where the cores are busy, both
+    /// parts say the same.
+    pub fn weight(&self, cores: usize) -> f64 {
+        0.7 * self.wall_s + 0.3 * self.cpu_s / cores.max(1) as f64
+    }
 }
 
 impl std::ops::Add for Price {
@@ -59,74 +149,102 @@ impl std::ops::Add for Price {
     }
 }
 
+impl std::iter::Sum for Price {
+    fn sum<I: Iterator<Item = Self>>(prices: I) -> Self {
+        prices.fold(Self::default(), |sum, price| sum + price)
+    }
+}
+
 impl Costs {
-    /// One plain call of the stock renderer over `frames` whole frames.
-    pub fn stock(&self, frames: usize, size: Size, cores: usize) -> Price {
-        let work = self.pixel_cpu_s * size.pixels() as f64 * frames as f64;
-        let cpu_s = self.call_cpu_s + self.picture_cpu_s * frames as f64 + work;
-        let sleep = self.call_wall_s + self.picture_wall_s * frames as f64;
-        Price {
-            wall_s: sleep + work / cores as f64,
-            cpu_s,
+    /// What a pixel of a pass costs.
+    pub fn pixel(&self, pass: Pass) -> PixelCost {
+        match (pass.is_fast(), pass.is_depth()) {
+            (true, true) => self.fast_depth,
+            (true, false) => self.fast,
+            (false, true) => self.depth,
+            (false, false) => self.colour,
         }
     }
 
-    /// A period of a plan, its calls spread over `jobs` at once.
-    pub fn period(&self, period: &Period, size: Size, jobs: usize, cores: usize) -> Price {
-        let pixels = size.pixels() as f64;
-        let (mut work, mut pictures) = (0.0_f64, 0.0_f64);
-        for frame in &period.frames {
-            match frame {
-                FramePlan::Whole => {
-                    work += self.pixel_cpu_s * pixels;
-                    pictures += 1.0;
-                }
-                FramePlan::Layered { fast, blocks, sky } => {
-                    if *sky {
-                        work += self.pixel_cpu_s * pixels;
-                        pictures += 1.0;
-                    }
-                    if !fast.is_empty() {
-                        let pixels: usize = fast.iter().map(|window| window.pixels()).sum();
-                        work += (self.pixel_cpu_s + self.depth_pixel_cpu_s) * pixels as f64;
-                        pictures += 2.0 * fast.len() as f64;
-                    }
-                    if !blocks.is_empty() {
-                        work += self.pixel_cpu_s * blocks.pixels() as f64;
-                        pictures += 1.0;
-                    }
-                }
-            }
+    /// What it costs to read a scene, and to begin a picture of it.
+    pub fn read(&self, parsed: &Parsed) -> f64 {
+        self.picture_cpu_s + self.instance_s * parsed.instances + self.byte_s * parsed.bytes
+    }
+
+    /// A period by itself: from an idle pool to its last frame, with so many
+    /// calls at once.
+    pub fn price(&self, work: &Work, jobs: usize, cores: usize) -> Price {
+        self.film([work], jobs, cores).into_iter().sum()
+    }
+
+    /// What one more period like this costs in the midst of others: its first
+    /// calls run beside the last ones of the period before. Periods of different
+    /// lengths are compared by this, per frame.
+    pub fn in_a_row(&self, work: &Work, jobs: usize, cores: usize) -> Price {
+        let prices = self.film([work; 4], jobs, cores);
+        Price {
+            wall_s: (prices[2].wall_s + prices[3].wall_s) / 2.0,
+            cpu_s: prices[3].cpu_s,
         }
-        let calls = pictures.min(jobs as f64);
-        let mut price = Price {
-            cpu_s: calls * self.call_cpu_s + pictures * self.picture_cpu_s + work,
-            wall_s: 0.0,
-        };
-        let sleep = if pictures > 0.0 {
-            self.call_wall_s + self.picture_wall_s * (pictures / jobs as f64).ceil()
-        } else {
-            0.0
-        };
-        price.wall_s = sleep.max(price.cpu_s / cores as f64);
-        if period.has_decor() {
-            let work = (self.pixel_cpu_s + self.depth_pixel_cpu_s) * pixels;
-            let decor = Price {
-                cpu_s: 2.0 * (self.call_cpu_s + self.picture_cpu_s) + work,
-                wall_s: self.call_wall_s + self.picture_wall_s + work / cores as f64,
-            };
-            price = price + decor;
+    }
+
+    /// The periods of a film in their order. The wall time of each is what it
+    /// adds: they overlap, and their sum is the film's.
+    pub fn film<'w>(
+        &self,
+        works: impl IntoIterator<Item = &'w Work>,
+        jobs: usize,
+        cores: usize,
+    ) -> Vec<Price> {
+        pool::run(self, works, jobs, cores)
+    }
+
+    /// One plain call of the stock renderer over whole frames (`whole` is the
+    /// work of rendering each whole), with threads for all cores.
+    pub fn stock(&self, whole: &Work, cores: usize) -> Price {
+        let pictures = || whole.frames.iter().flat_map(|frame| &frame.pictures);
+        // One thread reads the scene and writes the file; all of them trace.
+        let mut alone = self.call_cpu_s;
+        let mut shared = 0.0;
+        let mut sleep = self.call_sleep_s;
+        for picture in pictures().filter(|picture| picture.pass == Pass::Whole) {
+            alone += self.read(&picture.parsed) + self.canvas_pixel_s * picture.pixels;
+            shared += self.colour.of(picture.pixels, picture.covered);
+            sleep += self.picture_sleep_s;
         }
-        price
+        Price {
+            wall_s: sleep + alone + shared / cores.max(1) as f64,
+            cpu_s: alone + shared,
+        }
     }
 }
 
 impl Plan {
-    /// The predicted cost of each period, in order.
-    pub fn prices(&self, costs: &Costs, size: Size, jobs: usize, cores: usize) -> Vec<Price> {
-        self.periods
-            .iter()
-            .map(|period| costs.period(period, size, jobs, cores))
-            .collect()
+    /// What each period makes the renderer do, in order.
+    pub fn works(&self, stage: &Stage) -> Vec<Work> {
+        let work = |period| Work::of(stage, period, &self.wishes);
+        self.periods.iter().map(work).collect()
     }
 }
+
+/// The work of rendering some frames whole.
+pub fn whole_work(stage: &Stage, wishes: &Wishes) -> Work {
+    let period = super::Period {
+        start: wishes.frames.0,
+        frames: vec![super::FramePlan::Whole; (wishes.frames.1 - wishes.frames.0) as usize + 1],
+        objects: Vec::new(),
+        threshold_px: 0.0,
+        sky: None,
+        dissolve_until: None,
+        end: super::End::Done,
+        whole: Some(super::WholeReason::Asked),
+    };
+    let wishes = Wishes {
+        with_depth: false,
+        ..wishes.clone()
+    };
+    Work::of(stage, &period, &wishes)
+}
+
+#[cfg(test)]
+mod tests;

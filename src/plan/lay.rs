@@ -46,9 +46,8 @@ impl Maker<'_> {
     /// A period with a décor, where one is of use.
     pub fn period(&self, frames: (u32, u32), end: End) -> Period {
         let mut period = self.laid(frames, end);
-        if period.whole.is_none() {
-            self.give_up_if_dear(&mut period);
-        }
+        // Where the observer rests, the period is the film or a long part of it.
+        self.give_up_if_dear(&mut period, true);
         period
     }
 
@@ -191,47 +190,6 @@ impl Maker<'_> {
                     + blocks.pixels() as f64
                     + self.stage.size().pixels() as f64 * sky
             }
-        }
-    }
-
-    pub fn cost(&self, period: &Period) -> f64 {
-        let all = self.stage.size().pixels() as f64;
-        let decor = if period.needs_depth() {
-            all * (1.0 + DEPTH_SHARE)
-        } else {
-            all
-        };
-        let frames: f64 = period
-            .frames
-            .iter()
-            .map(|frame| self.frame_cost(frame))
-            .sum();
-        let target = if period.dissolve_until.is_some() {
-            decor * self.target_share(period)
-        } else {
-            0.0
-        };
-        if period.has_decor() {
-            decor + target + frames
-        } else {
-            frames
-        }
-    }
-
-    /// How much of a décor a target costs: what the next décor shows as well is
-    /// rendered once, and nobody knows yet what that is. As a rule, the next
-    /// period keeps about what this one keeps.
-    fn target_share(&self, period: &Period) -> f64 {
-        let fast = period.count(Class::Fast) as f64;
-        (2.0 * fast / period.objects.len().max(1) as f64).min(1.0)
-    }
-
-    pub fn give_up_if_dear(&self, period: &mut Period) {
-        let all = self.stage.size().pixels() as f64 * f64::from(period.len());
-        if self.wishes.fallback && self.cost(period) > WORTHWHILE * all {
-            period.frames.fill(FramePlan::Whole);
-            period.dissolve_until = None;
-            period.whole.get_or_insert(WholeReason::NoGain);
         }
     }
 

@@ -1,7 +1,9 @@
 //! From a stage to its plan: where periods begin and end.
 
 use super::lay::zooms;
-use super::{Costs, End, Mode, Period, Plan, WholeReason, Wishes};
+use super::{
+    Costs, End, FramePlan, Mode, Period, Plan, WholeReason, Wishes, Work, jobs,
+};
 use crate::film::FrameState;
 use crate::segmentation::same_environment;
 use crate::stage::Stage;
@@ -60,6 +62,8 @@ pub fn plan(stage: &Stage, wishes: Wishes, costs: &Costs) -> Result<Plan, PlanEr
         stage,
         wishes: &wishes,
         costs,
+        jobs: jobs(stage),
+        cores: crate::probe::cores(),
         threshold_px: wishes.threshold_px,
     };
     if wishes.mode != Mode::Full {
@@ -104,6 +108,8 @@ pub struct Maker<'a> {
     pub stage: &'a Stage,
     pub wishes: &'a Wishes,
     pub costs: &'a Costs,
+    pub jobs: usize,
+    pub cores: usize,
     /// The threshold of the next period, in pixels.
     pub threshold_px: f64,
 }
@@ -194,12 +200,40 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// What a frame of a period costs, in seconds on the clock.
+    /// What a frame of a period costs, in seconds on the clock, in the midst of
+    /// others.
     fn frame_seconds(&self, period: &Period) -> f64 {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let jobs = self.abilities().jobs;
-        let price = self.costs.period(period, self.stage.size(), jobs, cores);
+        let work = Work::of(self.stage, period, self.wishes);
+        let price = self.costs.in_a_row(&work, self.jobs, self.cores);
         price.wall_s / f64::from(period.len())
+    }
+
+    /// How dear a frame of a period is: less is better.
+    fn weight(&self, period: &Period, alone: bool) -> f64 {
+        let work = Work::of(self.stage, period, self.wishes);
+        let price = if alone {
+            self.costs.price(&work, self.jobs, self.cores)
+        } else {
+            self.costs.in_a_row(&work, self.jobs, self.cores)
+        };
+        price.weight(self.cores) / f64::from(period.len())
+    }
+
+    /// Renders the frames whole, where that is not dearer. `alone`: no other
+    /// period runs beside it.
+    pub fn give_up_if_dear(&self, period: &mut Period, alone: bool) {
+        if !self.wishes.fallback || period.whole.is_some() {
+            return;
+        }
+        let whole = Period {
+            frames: vec![FramePlan::Whole; period.frames.len()],
+            dissolve_until: None,
+            whole: Some(WholeReason::NoGain),
+            ..period.clone()
+        };
+        if self.weight(&whole, alone) <= self.weight(period, alone) {
+            *period = whole;
+        }
     }
 
     /// The last frame up to `last` until which every frame is `like` the first.
@@ -249,8 +283,8 @@ impl<'a> Maker<'a> {
             let last = start + length - 1;
             let end = if last == until { end } else { End::Cheapest };
             let mut period = self.laid((start, last), end);
-            let cost = self.cost(&period) / f64::from(length);
-            self.give_up_if_dear(&mut period);
+            self.give_up_if_dear(&mut period, false);
+            let cost = self.weight(&period, false);
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 (best, in_vain) = (Some((cost, period)), 0);
             } else {

@@ -23,7 +23,7 @@ use decor_api::{AdapterError, PictureFormat, RunContext, Tally};
 use serde::Serialize;
 
 use crate::frames::WriteError;
-use crate::plan::Plan;
+use crate::plan::{Plan, jobs};
 use crate::stage::Stage;
 
 /// Why there are no frames.
@@ -153,7 +153,7 @@ pub fn render(
         cancel: Arc::clone(&options.cancel),
         tally: Arc::clone(&tally),
     };
-    let jobs = options.jobs.unwrap_or_else(|| default_jobs(stage)).max(1);
+    let jobs = options.jobs.unwrap_or_else(|| jobs(stage)).max(1);
     let execution = execution::Execution {
         stage,
         plan,
@@ -173,18 +173,6 @@ pub fn render(
         pictures,
         traced: execution.traced.read(),
     })
-}
-
-/// Calls at once, where nobody says otherwise. A large picture keeps its core
-/// busy by itself: more calls would only take turns, and memory.
-fn default_jobs(stage: &Stage) -> usize {
-    const LARGE_PIXELS: usize = 1 << 19;
-    let jobs = stage.adapter.abilities().jobs;
-    if stage.size().pixels() > LARGE_PIXELS {
-        jobs / 2
-    } else {
-        jobs
-    }
 }
 
 /// The folder that the renderer works in: temporary, unless it is kept.

@@ -10,15 +10,7 @@ use super::RenderError;
 use super::execution::Execution;
 use super::ground::PeriodGround;
 use super::joint::{Joint, Wanted};
-use crate::plan::Period;
-
-/// Periods whose décors are in memory at once, at least: the next one is
-/// rendered while the last frames of the one before are.
-const PERIODS_AT_ONCE: usize = 2;
-
-/// More of them where pictures are small, for a renderer that mostly sleeps:
-/// as many as have so many pixels.
-const OPEN_PIXELS: usize = 1 << 20;
+use crate::plan::{Period, periods_at_once};
 
 /// A joint under way or done.
 struct JointSlot {
@@ -70,12 +62,12 @@ struct Queue {
 
 /// Executes all periods.
 pub fn run(execution: &Execution<'_>) -> Result<(), RenderError> {
-    let pixels = execution.stage.size().pixels().max(1);
+    let pixels = execution.stage.size().pixels() as f64;
     let queue = Queue {
         state: Mutex::default(),
         changed: Condvar::new(),
         periods: execution.plan.periods.len(),
-        at_once: (OPEN_PIXELS / pixels).clamp(PERIODS_AT_ONCE, execution.jobs.max(PERIODS_AT_ONCE)),
+        at_once: periods_at_once(pixels, execution.jobs),
     };
     std::thread::scope(|scope| {
         for _ in 0..execution.jobs {

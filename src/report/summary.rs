@@ -5,7 +5,7 @@ use std::time::Instant;
 use nix::sys::resource::{UsageWho, getrusage};
 use serde::Serialize;
 
-use crate::plan::Plan;
+use crate::plan::{End, Plan, Prediction};
 use crate::render::TracedPixels;
 use crate::segmentation::Class;
 
@@ -29,6 +29,12 @@ pub struct PeriodSummary {
     pub start: u32,
     /// Frames that it serves.
     pub length: u32,
+    /// Objects move so far in the picture, in pixels, and stay in its décor.
+    pub threshold_px: f64,
+    /// The frame that its décor dissolves towards, where it does.
+    pub dissolves_until: Option<u32>,
+    /// Why it is not longer.
+    pub end: End,
     /// Its objects.
     pub objects: ObjectCounts,
     /// Why its frames are rendered whole, where they are.
@@ -77,6 +83,8 @@ pub struct Summary {
     pub pixels_traced: TracedPixels,
     /// Pixels that frame by frame would have traced.
     pub pixels_full: u64,
+    /// What it was to cost, and what it did.
+    pub prediction: Option<Prediction>,
     /// Was frame by frame chosen in place of what was asked for?
     pub fallback: bool,
     /// The same job has the same frames: for `--resume`.
@@ -90,6 +98,9 @@ pub fn period_summaries(plan: &Plan) -> Vec<PeriodSummary> {
         .map(|period| PeriodSummary {
             start: period.start,
             length: period.len(),
+            threshold_px: period.threshold_px,
+            dissolves_until: period.dissolve_until,
+            end: period.end,
             objects: ObjectCounts {
                 immobile: period.count(Class::Immobile),
                 clipped: period.count(Class::Clipped),

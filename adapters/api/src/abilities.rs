@@ -32,7 +32,7 @@ pub struct Abilities {
     pub block_mask: bool,
     /// Can objects be hidden from the camera and still cast shadows?
     pub hidden_casters: bool,
-    /// Can it shoot a list of rays?
+    /// Can it shoot a list of rays, and so say how much light arrives at points?
     pub ray_list: bool,
     /// Does it state coverage (alpha) when it antialiases?
     pub coverage: bool,

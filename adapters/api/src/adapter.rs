@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use crate::abilities::Abilities;
+use crate::arrival::ArrivalRequest;
 use crate::bounds::Bounds;
 use crate::layer::{Layer, Size, Window};
 use crate::prototype::{Fragment, Optics, PrototypeTable};
@@ -233,6 +234,7 @@ impl AdapterError {
 pub struct Tally {
     calls: AtomicU64,
     frames: AtomicU64,
+    cpu_ns: AtomicU64,
 }
 
 impl Tally {
@@ -240,6 +242,18 @@ impl Tally {
     pub fn add_call(&self, frames: usize) {
         self.calls.fetch_add(1, Ordering::Relaxed);
         self.frames.fetch_add(frames as u64, Ordering::Relaxed);
+    }
+
+    /// CPU time of a renderer's process that has ended.
+    pub fn add_cpu(&self, time: Duration) {
+        let ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        self.cpu_ns.fetch_add(ns, Ordering::Relaxed);
+    }
+
+    /// CPU time of the renderer's processes; none where it draws in-process, or
+    /// where the system does not tell.
+    pub fn cpu(&self) -> Duration {
+        Duration::from_nanos(self.cpu_ns.load(Ordering::Relaxed))
     }
 
     /// Calls, and frames in them.
@@ -312,6 +326,31 @@ pub trait Adapter: Send + Sync {
         request: &LayerRequest<'_>,
         run: &RunContext,
     ) -> Result<Vec<Layer>, AdapterError>;
+
+    /// How much of a light arrives at points of surfaces: for each shot, and for
+    /// each of its points, the fraction of each channel of the light that the
+    /// casters let through, 1 where nothing is in the way. Points that the light
+    /// does not reach anyway ([`Light::may_reach`](crate::Light::may_reach)) have
+    /// 1 as well.
+    ///
+    /// A point *inside* of a caster that weakens light by the way through it
+    /// (media, fading glass) is taken to be outside of its matter.
+    ///
+    /// # Errors
+    /// [`AdapterError::Unsupported`] where the abilities say no `ray_list`, which
+    /// is what an adapter does that has no such method; else any
+    /// [`AdapterError`], and no process and no file is left behind.
+    fn arriving_light(
+        &self,
+        request: &ArrivalRequest<'_>,
+        run: &RunContext,
+    ) -> Result<Vec<Vec<[f32; 3]>>, AdapterError> {
+        let _ = (request, run);
+        Err(AdapterError::Unsupported {
+            adapter: self.name().to_owned(),
+            what: "the light that arrives at points".to_owned(),
+        })
+    }
 
     /// Looks at fragments: how large they are, and what keeps them out of
     /// layers. `includes` are the film's declarations.

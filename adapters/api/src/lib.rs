@@ -20,6 +20,7 @@
 
 pub mod abilities;
 pub mod adapter;
+pub mod arrival;
 pub mod bounds;
 pub mod camera;
 pub mod csg;
@@ -36,6 +37,7 @@ pub use adapter::{
     Adapter, AdapterError, Baseline, Health, LayerRequest, LayerShot, Output, Region, RunContext,
     Said, SceneText, Surroundings, Tally,
 };
+pub use arrival::{ArrivalRequest, ArrivalShot, SurfacePoint};
 pub use bounds::{Bounds, Sphere};
 pub use camera::{Camera, CameraError};
 pub use csg::Csg;

@@ -83,6 +83,9 @@ impl ProcessCall<'_> {
 
         let started = Instant::now();
         let verdict = loop {
+            if let Some(time) = cpu_of_ended(child.id()) {
+                run.tally.add_cpu(time);
+            }
             match child.try_wait() {
                 Ok(Some(status)) => break Ok(status),
                 Ok(None) => {}
@@ -159,6 +162,27 @@ impl ProcessCall<'_> {
     }
 }
 
+/// The CPU time of all threads of a child that has ended and was not waited for
+/// yet: what the sum over all children cannot tell, where many run at once.
+#[cfg(target_os = "linux")]
+fn cpu_of_ended(pid: u32) -> Option<Duration> {
+    use nix::sys::wait::{Id, WaitPidFlag, WaitStatus, waitid};
+    let pid = nix::unistd::Pid::from_raw(i32::try_from(pid).ok()?);
+    let flags = WaitPidFlag::WEXITED | WaitPidFlag::WNOHANG | WaitPidFlag::WNOWAIT;
+    match waitid(Id::Pid(pid), flags).ok()? {
+        WaitStatus::StillAlive => None,
+        _ => {
+            let clock = nix::time::ClockId::pid_cpu_clock_id(pid).ok()?;
+            Some(Duration::from(clock.now().ok()?))
+        }
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn cpu_of_ended(_: u32) -> Option<Duration> {
+    None
+}
+
 /// Reads to the end. Only the last part is of interest, but a pipe that nobody
 /// empties stops the program.
 fn drain(mut pipe: impl Read) -> Vec<u8> {
@@ -230,6 +254,35 @@ mod tests {
             .to_string();
         assert!(error.contains("exit status: 3"), "{error}");
         assert!(error.contains("last words"), "{error}");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_cpu_time_of_a_call_is_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |script: &str| {
+            let run = RunContext::new(folder.path());
+            shell(script, folder.path()).run_well(&run).unwrap();
+            run.tally.cpu().as_secs_f64()
+        };
+        let idle = of("exec sleep 0.2");
+        // The shell's own account of itself, in hundredths.
+        let busy = of("i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done; times > own");
+        let own = std::fs::read_to_string(folder.path().join("own")).unwrap();
+        let seconds: f64 = own
+            .lines()
+            .next()
+            .unwrap()
+            .split_whitespace()
+            .map(|t| {
+                t.trim_start_matches("0m")
+                    .trim_end_matches('s')
+                    .parse::<f64>()
+            })
+            .map(|t| t.expect("seconds"))
+            .sum();
+        assert!(idle < 0.05, "{idle}");
+        assert!((busy - seconds).abs() < 0.05, "{busy} and {seconds}");
     }
 
     #[test]

@@ -176,6 +176,9 @@ pub struct Scene {
     pub sky: Option<NativeFile>,
     /// The placed objects.
     pub instances: Vec<Instance>,
+    /// More of them that the camera does not see, but that cast shadows and show
+    /// in mirrors: what another layer draws. Depth takes no notice of them.
+    pub hidden: Vec<Instance>,
 }
 
 #[cfg(test)]

@@ -166,6 +166,7 @@ fn ball(
                 angles_deg: DVec3::ZERO,
             },
         }],
+        hidden: Vec::new(),
     };
     let request = LayerRequest {
         prototypes: &prototypes,

@@ -14,6 +14,7 @@
 //! Developed and tested with 3.7.0.10. Version 3.8 is called the same way but
 //! its state file is not relied on; it is untested.
 
+mod arrival;
 mod call;
 pub mod camera;
 pub mod depth;
@@ -24,6 +25,8 @@ mod isolate;
 mod light;
 mod number;
 mod picture;
+pub mod plain;
+mod receivers;
 mod scene_text;
 mod solid;
 mod sources;
@@ -35,10 +38,11 @@ use std::path::{Path, PathBuf};
 
 use decor_api::process::{ProcessCall, find_program};
 use decor_api::{
-    Abilities, Adapter, AdapterError, Baseline, DepthKind, Fragment, Health, Layer, LayerRequest,
+    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Health, Layer, LayerRequest,
     NativeFile, PictureFormat, RunContext, Said, SceneText, Surroundings,
 };
 
+use crate::arrival::Arrival;
 pub use crate::call::LayerSource;
 use crate::call::{Folder, LayerCall, fixed_switches, fragments};
 pub use crate::number::number;
@@ -102,6 +106,15 @@ impl PovRay {
     /// The program.
     pub fn program(&self) -> &Path {
         &self.program
+    }
+
+    /// The text of [`Adapter::arriving_light`], as [`Adapter::scene_text`] is
+    /// that of [`Adapter::render`].
+    ///
+    /// # Errors
+    /// [`AdapterError::BadInput`] where the declarations place something.
+    pub fn arrival_text(&self, request: &ArrivalRequest<'_>) -> Result<SceneText, AdapterError> {
+        Ok(Arrival::new(request).text(&self.writer(request.includes)?))
     }
 
     /// Where layers are read from.
@@ -207,6 +220,15 @@ impl Adapter for PovRay {
             source: self.source,
         };
         call.run(&text, run)
+    }
+
+    fn arriving_light(
+        &self,
+        request: &ArrivalRequest<'_>,
+        run: &RunContext,
+    ) -> Result<Vec<Vec<[f32; 3]>>, AdapterError> {
+        let writer = self.writer(request.includes)?;
+        Arrival::new(request).run(&self.program, self.source, &writer, run)
     }
 
     fn inspect(

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use decor_api::{
-    Antialias, Camera, Geometry, LayerRequest, LayerShot, NativeFile, Output, PrototypeId,
-    PrototypeTable, Region, Scene, SceneText, Size, Window,
+    Antialias, Bounds, Camera, Geometry, Instance, LayerRequest, LayerShot, NativeFile, Output,
+    PrototypeId, PrototypeTable, Region, Scene, SceneText, Size, Window,
 };
 
 use crate::camera::{Raster, padded};
@@ -148,11 +148,51 @@ pub struct Writer<'a> {
     pub stateful: bool,
 }
 
+/// What the frames of one call share.
+pub struct Shared<'a> {
+    /// The geometry.
+    pub prototypes: &'a PrototypeTable,
+    /// Which of it is placed in any frame.
+    pub used: BTreeSet<PrototypeId>,
+    /// Declarations.
+    pub includes: &'a [NativeFile],
+    /// What surrounds the scene, where that is drawn.
+    pub sky: Option<&'a NativeFile>,
+    /// Are the neutral materials written?
+    pub looks: Looks,
+    /// Statements behind the declarations.
+    pub settings: &'a str,
+}
+
+impl<'a> Shared<'a> {
+    /// What some scenes share: all of a request have the same surroundings.
+    fn of(prototypes: &'a PrototypeTable, scenes: impl Iterator<Item = &'a Scene>) -> Self {
+        let mut shared = Self {
+            prototypes,
+            used: BTreeSet::new(),
+            includes: &[],
+            sky: None,
+            looks: Looks::Written,
+            settings: "",
+        };
+        for (k, scene) in scenes.enumerate() {
+            if k == 0 {
+                shared.includes = &scene.includes;
+                shared.sky = scene.sky.as_ref();
+            }
+            let placed = scene.instances.iter().chain(&scene.hidden);
+            shared.used.extend(placed.map(|i| i.prototype));
+        }
+        shared
+    }
+}
+
 /// What a pass adds to the placed objects.
 struct Pass {
     /// What an instance gets besides its place.
     modifiers: String,
-    /// Are there lights?
+    /// Are there lights, and objects that are there only for what they do to
+    /// the light?
     lit: bool,
 }
 
@@ -172,24 +212,17 @@ impl Writer<'_> {
             Some(code) if code.is_pigment() => Looks::LeftOut,
             _ => Looks::Written,
         };
-        let scenes: Vec<&Scene> = request.shots.iter().map(|s| &*s.scene).collect();
         let sky = matches!(
             request.output,
             Output::ColourOverBackground | Output::ColourAlone { with_sky: true }
         );
-        let mut settings = String::new();
+        let mut shared = Shared::of(request.prototypes, request.shots.iter().map(|s| &*s.scene));
+        shared.looks = looks;
+        shared.sky = shared.sky.filter(|_| sky);
         if code.is_some_and(|code| !code.is_pigment()) {
-            settings.push_str("global_settings { ambient_light 0 max_trace_level 1 }\n");
+            shared.settings = "global_settings { ambient_light 0 max_trace_level 1 }\n";
         }
-        self.files(
-            request.prototypes,
-            &scenes,
-            looks,
-            sky,
-            &settings,
-            frames,
-            numbering,
-        )
+        self.files(&shared, frames, numbering)
     }
 
     /// The files of whole frames as the stock renderer gets them: the same text
@@ -211,16 +244,8 @@ impl Writer<'_> {
                 text
             })
             .collect();
-        let scenes: Vec<&Scene> = frames.iter().map(|(_, scene)| &**scene).collect();
-        self.files(
-            prototypes,
-            &scenes,
-            Looks::Written,
-            true,
-            "",
-            texts,
-            numbering,
-        )
+        let shared = Shared::of(prototypes, frames.iter().map(|(_, scene)| &**scene));
+        self.files(&shared, texts, numbering)
     }
 
     /// How depth is written in this request; `None` in a colour pass.
@@ -235,11 +260,11 @@ impl Writer<'_> {
                 let prototype = request.prototypes.get(instance.prototype);
                 neutral &= matches!(prototype.geometry, Geometry::Neutral(_));
                 match prototype.bounds.posed(&instance.pose) {
-                    decor_api::Bounds::Empty => {}
-                    decor_api::Bounds::Unbounded => {
+                    Bounds::Empty => {}
+                    Bounds::Unbounded => {
                         (near, far) = (0.0, f64::INFINITY);
                     }
-                    decor_api::Bounds::Sphere(s) => {
+                    Bounds::Sphere(s) => {
                         let distance = (s.centre - shot.scene.camera.eye).length();
                         near = near.min((distance - s.radius).max(0.0));
                         far = far.max(distance + s.radius);
@@ -295,62 +320,56 @@ impl Writer<'_> {
                 text.push_str(&light::light(one));
             }
         }
-        for instance in &scene.instances {
-            if prototypes.get(instance.prototype).bounds == decor_api::Bounds::Empty {
-                continue;
-            }
-            text.push_str(&placed(
-                &name(instance.prototype),
-                &instance.pose,
-                &pass.modifiers,
+        text.push_str(&placed_all(prototypes, &scene.instances, &pass.modifiers));
+        if pass.lit {
+            let modifiers = format!("{} no_image", pass.modifiers);
+            text.push_str(&placed_all(
+                prototypes,
+                &scene.hidden,
+                modifiers.trim_start(),
             ));
         }
         text
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn files(
+    /// The main file with what `shared` holds, and the text of each frame.
+    pub fn files(
         &self,
-        prototypes: &PrototypeTable,
-        scenes: &[&Scene],
-        looks: Looks,
-        with_sky: bool,
-        settings: &str,
+        shared: &Shared<'_>,
         frames: Vec<String>,
         numbering: Numbering,
     ) -> SceneText {
         let mut main = String::from("#version 3.7;\nglobal_settings { assumed_gamma 1 }\n");
         let mut parts: Vec<(String, Vec<u8>)> = Vec::new();
-        // All scenes of a request share their surroundings.
-        let (includes, sky): (&[NativeFile], Option<&NativeFile>) = match scenes.first() {
-            Some(scene) => (&scene.includes, scene.sky.as_ref()),
-            None => (&[], None),
-        };
+        let includes = shared.includes;
         for (k, include) in includes.iter().enumerate() {
             let name = format!("decor_include_{k}.inc");
             main.push_str(&format!("#include \"{name}\"\n"));
             parts.push((name, with_newline(&include.text)));
         }
-        main.push_str(settings);
-        if let Some(sky) = sky.filter(|_| with_sky) {
+        main.push_str(shared.settings);
+        if let Some(sky) = shared.sky {
             main.push_str("#include \"decor_sky.inc\"\n");
             // What a sky declares is its own, as a fragment's is.
             parts.extend(isolate(sky, includes, self.library, "sky"));
         }
         let used: BTreeSet<PrototypeId> = if self.stateful {
-            prototypes.iter().map(|(id, _)| id).collect()
+            shared.prototypes.iter().map(|(id, _)| id).collect()
         } else {
-            let instances = scenes.iter().flat_map(|s| &s.instances);
-            instances.map(|i| i.prototype).collect()
+            shared.used.clone()
         };
         for id in used {
-            let prototype = prototypes.get(id);
-            if prototype.bounds == decor_api::Bounds::Empty {
+            let prototype = shared.prototypes.get(id);
+            if prototype.bounds == Bounds::Empty {
                 continue;
             }
             match &prototype.geometry {
                 Geometry::Neutral(csg) => {
-                    main.push_str(&format!("#declare {} = {}\n", name(id), solid(csg, looks)));
+                    main.push_str(&format!(
+                        "#declare {} = {}\n",
+                        name(id),
+                        solid(csg, shared.looks)
+                    ));
                 }
                 Geometry::Fragment(fragment) => {
                     let stem = format!("P{}", id.0);
@@ -379,6 +398,16 @@ impl Writer<'_> {
         }
         SceneText { files }
     }
+}
+
+/// The statements that place instances, each with `modifiers`.
+pub fn placed_all(table: &PrototypeTable, instances: &[Instance], modifiers: &str) -> String {
+    let there = |i: &&Instance| table.get(i.prototype).bounds != Bounds::Empty;
+    instances
+        .iter()
+        .filter(there)
+        .map(|i| placed(&name(i.prototype), &i.pose, modifiers))
+        .collect()
 }
 
 /// How a prototype is called in the text.

@@ -49,6 +49,16 @@ impl Library {
         Self { folders }
     }
 
+    /// Is the file one of the library's?
+    pub fn holds(&self, file: &Path) -> bool {
+        self.folders.iter().any(|folder| file.starts_with(folder))
+    }
+
+    /// The folder that is looked in first.
+    pub fn first(&self) -> Option<String> {
+        self.folders.first().map(|folder| folder.to_string_lossy().into_owned())
+    }
+
     /// What `name` leads to from a file in `folder` of a film in `root`.
     pub fn find(&self, name: &str, folder: &Path, root: &Path) -> Included {
         for own in [folder.join(name), root.join(name)] {

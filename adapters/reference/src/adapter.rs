@@ -40,7 +40,7 @@ impl Default for Reference {
                 sample_position: (0.5, 0.5),
                 crop_grid: Some(BLOCK),
                 block_mask: true,
-                hidden_casters: false,
+                hidden_casters: true,
                 ray_list: false,
                 coverage: true,
                 shadows: true,
@@ -67,10 +67,17 @@ impl Reference {
         shot: &LayerShot,
         watch: &Watch<'_>,
     ) -> Result<Layer, AdapterError> {
-        let world = World::new(models, &shot.scene)?;
+        let seen = World::new(models, &shot.scene)?;
+        // Depth takes no notice of what is hidden.
+        let all = if shot.scene.hidden.is_empty() || request.output == Output::Depth {
+            None
+        } else {
+            Some(World::with_hidden(models, &shot.scene)?)
+        };
         let frame = Frame {
             shader: Shader {
-                world: &world,
+                seen: &seen,
+                world: all.as_ref().unwrap_or(&seen),
                 scene: &shot.scene,
             },
             camera: &shot.scene.camera,

@@ -47,6 +47,7 @@ pub(crate) fn sphere_is_where_it_should_be(
             prototype,
             pose: Pose::IDENTITY,
         }],
+        hidden: Vec::new(),
     };
     let request = LayerRequest {
         prototypes: &prototypes,

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use decor_api::{AdapterError, Csg, Geometry, Material, PrototypeId, PrototypeTable, Scene};
+use decor_api::{AdapterError, Csg, Geometry, Instance, Material, PrototypeId, PrototypeTable, Scene};
 
 use crate::adapter::unsupported;
 use crate::extent::Extent;
@@ -21,7 +21,8 @@ pub struct Models {
 }
 
 impl Models {
-    /// Prepares the prototypes that the instances of `scenes` name.
+    /// Prepares the prototypes that the instances of `scenes` name, hidden ones
+    /// too.
     ///
     /// # Errors
     /// [`AdapterError::Unsupported`] for a fragment, and for a number that is
@@ -30,8 +31,19 @@ impl Models {
         prototypes: &PrototypeTable,
         scenes: impl IntoIterator<Item = &'a Scene>,
     ) -> Result<Self, AdapterError> {
+        let placed = scenes
+            .into_iter()
+            .flat_map(|scene| scene.instances.iter().chain(&scene.hidden));
+        Self::of_instances(prototypes, placed)
+    }
+
+    /// Prepares the prototypes that `instances` name.
+    pub(crate) fn of_instances<'a>(
+        prototypes: &PrototypeTable,
+        instances: impl IntoIterator<Item = &'a Instance>,
+    ) -> Result<Self, AdapterError> {
         let mut by_id = HashMap::new();
-        for instance in scenes.into_iter().flat_map(|scene| &scene.instances) {
+        for instance in instances {
             let id = instance.prototype;
             if by_id.contains_key(&id) {
                 continue;

@@ -178,7 +178,7 @@ impl Frame<'_> {
     /// What f64 leaves of the largest coordinate that went into a distance, and
     /// of the distance.
     fn depth_quantum(&self) -> (f64, f64) {
-        let reach = self.shader.world.reach();
+        let reach = self.shader.seen.reach();
         let eye = self.camera.eye.abs().max_element();
         (f64::from(finite(1e-12 * reach.max(eye))), 1e-12)
     }

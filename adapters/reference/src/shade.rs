@@ -20,6 +20,10 @@ const PANES: u32 = 64;
 
 /// Colours rays in a scene.
 pub(crate) struct Shader<'a> {
+    /// What the camera sees, also through glass.
+    pub seen: &'a World,
+    /// That, and what is hidden from it: what mirrors show and what casts
+    /// shadows.
     pub world: &'a World,
     pub scene: &'a Scene,
 }
@@ -28,18 +32,19 @@ impl Shader<'_> {
     /// The linear colour and the distance of the first surface; the direction
     /// of the ray has length 1.
     pub fn look(&self, ray: &Ray) -> Option<(DVec3, f64)> {
-        let found = self.world.nearest(ray, 0.0, f64::INFINITY)?;
-        let seen = self.colour(ray, &found, BOUNCES);
-        Some((seen, found.t))
+        let found = self.seen.nearest(ray, 0.0, f64::INFINITY)?;
+        let colour = self.colour(ray, &found, BOUNCES, self.seen);
+        Some((colour, found.t))
     }
 
     /// The distance of the first surface alone.
     pub fn distance(&self, ray: &Ray) -> Option<f64> {
-        let found = self.world.nearest(ray, 0.0, f64::INFINITY)?;
+        let found = self.seen.nearest(ray, 0.0, f64::INFINITY)?;
         Some(found.t)
     }
 
-    fn colour(&self, ray: &Ray, found: &Found<'_>, bounces: u32) -> DVec3 {
+    /// `among`: what the ray met it among, and what is seen through it.
+    fn colour(&self, ray: &Ray, found: &Found<'_>, bounces: u32, among: &World) -> DVec3 {
         let material = found.material;
         let pigment = colour(material.colour);
         // Towards whoever looks: a surface has two sides, and both are lit.
@@ -77,7 +82,7 @@ impl Shader<'_> {
                 origin: outside,
                 direction: ray.direction.reflect(normal),
             };
-            seen += self.follow(&mirrored, bounces - 1) * material.reflection;
+            seen += self.follow(&mirrored, bounces - 1, self.world) * material.reflection;
         }
         if material.transmission > 0.0 {
             let (direction, passes) = bent(ray.direction, normal, material.ior, found.enters);
@@ -85,20 +90,20 @@ impl Shader<'_> {
                 origin: if passes { point - clear } else { outside },
                 direction,
             };
-            seen += self.follow(&onwards, bounces - 1) * pigment * material.transmission;
+            seen += self.follow(&onwards, bounces - 1, among) * pigment * material.transmission;
         }
         seen
     }
 
-    fn follow(&self, ray: &Ray, bounces: u32) -> DVec3 {
-        match self.world.nearest(ray, 0.0, f64::INFINITY) {
-            Some(found) => self.colour(ray, &found, bounces),
+    fn follow(&self, ray: &Ray, bounces: u32, among: &World) -> DVec3 {
+        match among.nearest(ray, 0.0, f64::INFINITY) {
+            Some(found) => self.colour(ray, &found, bounces, among),
             None => colour(self.scene.background),
         }
     }
 
     /// The share of each colour of a light that gets through to a point.
-    fn unshadowed(&self, light: &Light, origin: DVec3) -> DVec3 {
+    pub fn unshadowed(&self, light: &Light, origin: DVec3) -> DVec3 {
         if !self.scene.shadows {
             return DVec3::ONE;
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use decor_api::{AdapterError, Material, PrototypeTable, Scene};
+use decor_api::{AdapterError, Instance, Material, PrototypeTable, Scene};
 use glam::{DMat3, DVec3};
 
 use crate::adapter::unsupported;
@@ -73,8 +73,22 @@ impl World {
     /// [`AdapterError::Unsupported`] where `models` was not prepared for the
     /// scene.
     pub fn new(models: &Models, scene: &Scene) -> Result<Self, AdapterError> {
-        let mut bodies = Vec::with_capacity(scene.instances.len());
-        for (number, instance) in (0_u32..).zip(&scene.instances) {
+        Self::posed(models, &scene.instances)
+    }
+
+    /// The same with the instances that are hidden from the camera, behind the
+    /// others in the list.
+    pub(crate) fn with_hidden(models: &Models, scene: &Scene) -> Result<Self, AdapterError> {
+        Self::posed(models, scene.instances.iter().chain(&scene.hidden))
+    }
+
+    /// Poses some instances.
+    pub(crate) fn posed<'i>(
+        models: &Models,
+        instances: impl IntoIterator<Item = &'i Instance>,
+    ) -> Result<Self, AdapterError> {
+        let mut bodies = Vec::new();
+        for (number, instance) in (0_u32..).zip(instances) {
             let id = instance.prototype;
             let model = models
                 .get(id)

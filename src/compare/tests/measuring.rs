@@ -7,7 +7,7 @@ use super::super::picture::{Form, Picture};
 use super::{STRICT, picture};
 
 fn strict(a: &Picture, b: &Picture) -> Metrics {
-    measure(a, b, &STRICT).unwrap()
+    measure(a, b, &STRICT, None).unwrap()
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn a_tolerance_of_one_step_lets_every_step_pass() {
     for step in 0..255_u8 {
         let a = picture(1, Form::Png8, &[[f32::from(step) / 255.0; 3]]);
         let b = picture(1, Form::Png8, &[[f32::from(step + 1) / 255.0; 3]]);
-        let metrics = measure(&a, &b, &levels).unwrap();
+        let metrics = measure(&a, &b, &levels, None).unwrap();
         assert_eq!((metrics.unequal, metrics.differing), (1, 0), "step {step}");
     }
 }
@@ -83,7 +83,7 @@ fn nan_is_a_difference_even_from_itself() {
         fail: f64::INFINITY,
         ..STRICT
     };
-    let metrics = measure(&a, &b, &tolerant).unwrap();
+    let metrics = measure(&a, &b, &tolerant, None).unwrap();
     assert_eq!(metrics.differing, 1, "no tolerance tolerates it");
 }
 
@@ -133,7 +133,7 @@ fn depth_by_hand() {
         fail_depth: 0.1,
         ..STRICT
     };
-    let depth = measure(&a, &b, &levels).unwrap().depth.unwrap();
+    let depth = measure(&a, &b, &levels, None).unwrap().depth.unwrap();
     assert_eq!(depth.differing, 3, "0.2, the missing surface, NaN");
 }
 
@@ -157,7 +157,7 @@ fn a_shifted_picture_is_not_the_picture() {
 fn sizes_must_agree() {
     let a = picture(2, Form::Exr, &[[0.0; 3]; 4]);
     let b = picture(4, Form::Exr, &[[0.0; 3]; 4]);
-    assert!(measure(&a, &b, &STRICT).is_none());
+    assert!(measure(&a, &b, &STRICT, None).is_none());
 }
 
 fn any_value() -> impl Strategy<Value = f32> {
@@ -195,8 +195,8 @@ proptest! {
     #[test]
     fn symmetric_and_never_nan((a, b) in (any_picture(), any_picture())) {
         let levels = Levels { fail: 0.5, warn: 0.25, fail_depth: 0.5, warn_depth: 0.25 };
-        let there = measure(&a, &b, &levels).unwrap();
-        let back = measure(&b, &a, &levels).unwrap();
+        let there = measure(&a, &b, &levels, None).unwrap();
+        let back = measure(&b, &a, &levels, None).unwrap();
         prop_assert_eq!(there.max, back.max);
         prop_assert_eq!(there.mean_square, back.mean_square);
         prop_assert!(there.mean_square.is_finite() && !there.max.is_nan());

@@ -171,8 +171,11 @@ fn swapped_depth_is_found_where_the_colour_is_equal() {
             fail_depth,
             ..Tolerances::default()
         };
-        let diff = None;
-        folders.compare(&Options { tolerances, diff }).verdict
+        let options = Options {
+            tolerances,
+            ..Options::default()
+        };
+        folders.compare(&options).verdict
     };
     assert_eq!(verdict(0.74), Verdict::Failed);
     assert_eq!(verdict(0.75), Verdict::Within);
@@ -306,8 +309,11 @@ fn tolerances_as_of_idiff() {
             hard_warn,
             ..Tolerances::default()
         };
-        let diff = None;
-        folders.compare(&Options { tolerances, diff }).verdict
+        let options = Options {
+            tolerances,
+            ..Options::default()
+        };
+        folders.compare(&options).verdict
     };
     use Verdict::{Failed, Warning, Within};
     assert_eq!(judged(limit(9.0, 0.0), None, None, None), Failed);

@@ -82,6 +82,7 @@ pub fn scene(camera: Camera, instances: Vec<Instance>) -> Arc<Scene> {
         includes: Vec::new(),
         sky: None,
         instances,
+        hidden: Vec::new(),
     })
 }
 

@@ -90,6 +90,7 @@ impl Stage {
                 includes: Vec::new(),
                 sky: None,
                 instances: Vec::new(),
+                hidden: Vec::new(),
             },
             prototypes: PrototypeTable::default(),
         };

@@ -1,0 +1,166 @@
+"""Runs decor and measures it: wall and CPU time, traced pixels, memory, error.
+
+Shared by scripts/bench and scripts/thesis-tables. Only the standard library.
+"""
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+# Memory is looked at so often while a run goes on, in seconds.
+SAMPLE_S = 0.05
+
+
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+def build():
+    """The release build of decor: its path."""
+    say("building decor (release)")
+    subprocess.run(["cargo", "build", "--release", "--quiet"], cwd=ROOT, check=True)
+    target = os.environ.get("CARGO_TARGET_DIR", ROOT / "target")
+    return Path(target) / "release" / "decor"
+
+
+def machine():
+    """What the figures were measured on."""
+    model = "unknown"
+    memory = 0
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                model = line.split(":", 1)[1].strip()
+                break
+        memory = int(Path("/proc/meminfo").read_text().split()[1])
+    except (OSError, ValueError, IndexError):
+        pass
+    return {
+        "cpu": model,
+        "cores": len(os.sched_getaffinity(0)),
+        "memory_gib": round(memory / 2**20, 1),
+        "load": round(os.getloadavg()[0], 2),
+    }
+
+
+def tree_kib(pid):
+    """The resident memory of a process and all below it, in KiB."""
+    total, open_ = 0, [pid]
+    while open_:
+        one = open_.pop()
+        try:
+            with open(f"/proc/{one}/statm") as file:
+                total += int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
+            for task in os.listdir(f"/proc/{one}/task"):
+                with open(f"/proc/{one}/task/{task}/children") as file:
+                    open_ += map(int, file.read().split())
+        except (OSError, ValueError, IndexError):
+            continue  # It has just ended.
+    return total
+
+
+class Failed(Exception):
+    """A run that did not end well."""
+
+
+class Decor:
+    """The program, and a cache of what it learns that every run shares."""
+
+    def __init__(self, program, folder):
+        self.program, self.folder = Path(program).resolve(), Path(folder)
+        self.environment = dict(os.environ, DECOR_CACHE=str(self.folder / "cache"))
+
+    def version(self):
+        text = subprocess.run([self.program, "--version"], capture_output=True, text=True, check=True)
+        return text.stdout.strip()
+
+    def json(self, *arguments, statuses=(0,)):
+        """The lines of a verb's --json."""
+        command = [self.program, *map(str, arguments), "--json"]
+        ended = subprocess.run(command, capture_output=True, text=True, env=self.environment)
+        if ended.returncode not in statuses:
+            raise Failed(f"{' '.join(map(str, command))}: {ended.returncode}\n{ended.stderr}")
+        return [json.loads(line) for line in ended.stdout.splitlines()]
+
+    def render(self, film, out, *options):
+        """One run: its summary, with wall, CPU and memory as seen from outside."""
+        command = [str(self.program), "render", str(film), "-o", str(out), "--json", "-q", *map(str, options)]
+        peak, over = [0], threading.Event()
+        with tempfile.TemporaryFile() as stdout, tempfile.TemporaryFile() as stderr:
+            begun = time.monotonic()
+            process = subprocess.Popen(command, stdout=stdout, stderr=stderr, env=self.environment)
+
+            def watch():
+                while not over.wait(SAMPLE_S):
+                    peak[0] = max(peak[0], tree_kib(process.pid))
+
+            watcher = threading.Thread(target=watch)
+            watcher.start()
+            _, status, usage = os.wait4(process.pid, 0)
+            wall = time.monotonic() - begun
+            over.set()
+            watcher.join()
+            process.returncode = os.waitstatus_to_exitcode(status)
+            stderr.seek(0)
+            stdout.seek(0)
+            if process.returncode != 0:
+                text = stderr.read().decode(errors="replace")
+                raise Failed(f"{' '.join(command)}: {process.returncode}\n{text}")
+            summary = json.loads(stdout.read().splitlines()[-1])
+        traced = summary["pixels_traced"]
+        decors = [p for p in summary["periods"] if p["whole"] is None]
+        return {
+            "wall_s": wall,
+            "cpu_s": usage.ru_utime + usage.ru_stime,
+            "peak_mib": max(peak[0], usage.ru_maxrss) / 1024,
+            "traced": sum(traced.values()),
+            "traced_by_pass": traced,
+            "pixels_full": summary["pixels_full"],
+            "frames": summary["frames"],
+            "decors": len(decors),
+            "whole": sorted({p["whole"] for p in summary["periods"] if p["whole"]}),
+            "fallback": summary["fallback"],
+            "renderer": f"{summary['renderer']} {summary['renderer_version']}",
+        }
+
+    def compare(self, ours, theirs):
+        """The error of a folder of frames against another."""
+        lines = self.json("compare", ours, theirs, statuses=(0, 1, 2))
+        pairs = [line for line in lines if line["type"] == "pair"]
+        if not pairs or len(pairs) != len(lines) - 1:
+            raise Failed(f"frames are missing: {ours} {theirs}")
+        mse = sum(pair["rms"] ** 2 for pair in pairs) / len(pairs)
+        return {
+            "max": max(pair["max"] for pair in pairs),
+            "rms": mse**0.5,
+            "share_differing": sum(pair["share_above"] for pair in pairs) / len(pairs),
+        }
+
+
+def median_of(runs):
+    """The medians of what varies; the rest is the first run's."""
+    result = dict(runs[0])
+    for key in ("wall_s", "cpu_s", "peak_mib"):
+        values = [run[key] for run in runs]
+        result[key] = statistics.median(values)
+        result[f"{key}_all"] = [round(value, 4) for value in values]
+    return result
+
+
+def side_by_side(decor, film, settings, repeats, out):
+    """The medians of every setting, {name: options}. The settings take turns, so
+    that a machine that slows down slows all of them; frames are left in out/name."""
+    runs = {name: [] for name in settings}
+    for turn in range(repeats):
+        for name, options in settings.items():
+            runs[name].append(decor.render(film, Path(out) / name, *options))
+            last = runs[name][-1]
+            say(f"  {name} ({turn + 1}/{repeats}): {last['wall_s']:.2f} s, {last['cpu_s']:.2f} s of CPU")
+    return {name: median_of(found) for name, found in runs.items()}

@@ -1,0 +1,156 @@
+//! Marked pixels, and why each is.
+
+use decor_api::{Size, Window};
+
+use crate::plan::BlockSet;
+
+/// Why a pixel can change. Where several hold, the first is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Cause {
+    /// What changed can be seen there.
+    Seen = 1,
+    /// What changed can cast a shadow on what is seen there.
+    Shadowed = 2,
+    /// What is seen there mirrors or lets light through.
+    Optical = 3,
+    /// Only a neighbour can change: antialiasing looks at it.
+    Neighbour = 4,
+}
+
+impl Cause {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Seen, Self::Shadowed, Self::Optical, Self::Neighbour];
+}
+
+/// Pixels of a picture that can change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mask {
+    size: Size,
+    /// 0, or a [`Cause`].
+    causes: Vec<u8>,
+}
+
+impl Mask {
+    /// No pixel.
+    pub fn none(size: Size) -> Self {
+        Self::from_causes(size, vec![0; size.pixels()])
+    }
+
+    pub(super) fn from_causes(size: Size, causes: Vec<u8>) -> Self {
+        Self { size, causes }
+    }
+
+    /// The picture's size.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Why pixel (x, y) can change; `None` where it cannot, and outside the
+    /// picture.
+    pub fn cause(&self, x: u32, y: u32) -> Option<Cause> {
+        if x >= self.size.width || y >= self.size.height {
+            return None;
+        }
+        let code = self.causes[y as usize * self.size.width as usize + x as usize];
+        Cause::ALL.into_iter().find(|cause| *cause as u8 == code)
+    }
+
+    /// Can pixel (x, y) change?
+    pub fn contains(&self, x: u32, y: u32) -> bool {
+        self.cause(x, y).is_some()
+    }
+
+    /// How many pixels can change.
+    pub fn count(&self) -> usize {
+        self.causes.iter().filter(|code| **code != 0).count()
+    }
+
+    /// How many pixels can change for this cause.
+    pub fn count_of(&self, cause: Cause) -> usize {
+        self.causes.iter().filter(|c| **c == cause as u8).count()
+    }
+
+    /// With the eight neighbours of every pixel: antialiasing compares a pixel
+    /// with those around it, in POV-Ray also over a block's border.
+    pub fn dilated(&self) -> Self {
+        let width = self.size.width as usize;
+        let mut causes = self.causes.clone();
+        for (y, row) in self.causes.chunks(width.max(1)).enumerate() {
+            for x in (0..row.len()).filter(|&x| row[x] != 0) {
+                let columns = x.saturating_sub(1)..(x + 2).min(width);
+                for near in y.saturating_sub(1)..(y + 2).min(self.size.height as usize) {
+                    for code in &mut causes[near * width..][columns.clone()] {
+                        if *code == 0 {
+                            *code = Cause::Neighbour as u8;
+                        }
+                    }
+                }
+            }
+        }
+        Self::from_causes(self.size, causes)
+    }
+
+    /// The blocks that have one of the pixels.
+    pub fn blocks(&self) -> BlockSet {
+        let mut blocks = BlockSet::none(self.size);
+        let width = self.size.width as usize;
+        for (y, row) in (0..).zip(self.causes.chunks(width.max(1))) {
+            let mut x = 0;
+            while let Some(first) = row[x..].iter().position(|code| *code != 0) {
+                let length = row[x + first..].iter().take_while(|code| **code != 0);
+                let length = length.count();
+                blocks.insert(Window {
+                    x: (x + first) as u32,
+                    y,
+                    width: length as u32,
+                    height: 1,
+                });
+                x += first + length;
+            }
+        }
+        blocks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: Size = Size {
+        width: 70,
+        height: 40,
+    };
+
+    fn one(x: usize, y: usize) -> Mask {
+        let mut causes = vec![0; SIZE.pixels()];
+        causes[y * 70 + x] = Cause::Shadowed as u8;
+        Mask::from_causes(SIZE, causes)
+    }
+
+    #[test]
+    fn dilation_goes_over_the_borders_of_blocks_but_not_of_the_picture() {
+        let wide = one(31, 31).dilated();
+        assert_eq!(wide.count(), 9);
+        assert_eq!(wide.count_of(Cause::Shadowed), 1);
+        assert_eq!(wide.cause(32, 32), Some(Cause::Neighbour));
+        assert_eq!(wide.blocks().numbers(), [0, 1, 3, 4]);
+        assert_eq!(one(31, 31).blocks().numbers(), [0]);
+        let corner = one(69, 39).dilated();
+        assert_eq!(corner.count(), 4);
+        assert_eq!(corner.blocks().numbers(), [5]);
+    }
+
+    #[test]
+    fn runs_of_pixels_are_all_in_the_blocks() {
+        let mut causes = vec![0; SIZE.pixels()];
+        causes[20..60].fill(Cause::Seen as u8);
+        causes[63] = Cause::Seen as u8;
+        causes[69] = Cause::Optical as u8;
+        assert_eq!(
+            Mask::from_causes(SIZE, causes).blocks().numbers(),
+            [0, 1, 2]
+        );
+        assert!(Mask::none(SIZE).blocks().is_empty());
+    }
+}

@@ -1,0 +1,373 @@
+//! The pool of calls, in the small: what runs when, by the rules of
+//! [`render`](crate::render).
+//!
+//! Workers take the chunks of the open periods in order, or open the next
+//! period and render its ground; a chunk is one call for each pass and size of
+//! window, all at once, then decor's own work. A call sleeps, then computes; the
+//! cores are shared evenly by the threads that compute.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::{Costs, FrameWork, Pass, Picture, Price, Work};
+use crate::stage::Stage;
+
+/// Pixels of layers that one chunk holds at once, at most.
+const CHUNK_PIXELS: f64 = (12 << 20) as f64;
+
+/// Frames in one call, at most.
+const CHUNK_FRAMES: usize = 50;
+
+/// Periods whose décors are in memory at once, for pictures of so many pixels:
+/// the next one is rendered while the last frames of the one before are; more
+/// where pictures are small, for a renderer that mostly sleeps.
+pub fn periods_at_once(pixels: f64, jobs: usize) -> usize {
+    const OPEN_PIXELS: f64 = (1 << 20) as f64;
+    ((OPEN_PIXELS / pixels.max(1.0)) as usize).clamp(2, jobs.max(2))
+}
+
+/// Calls at once, where nobody says otherwise: fewer where pictures are large,
+/// for each keeps a core busy.
+pub fn jobs(stage: &Stage) -> usize {
+    const LARGE_PIXELS: usize = 1 << 19;
+    let jobs = stage.adapter.abilities().jobs;
+    let large = stage.size().pixels() > LARGE_PIXELS;
+    if large { jobs / 2 } else { jobs }.max(1)
+}
+
+/// Frames in a chunk of a period of `frames`, of which the heaviest holds so
+/// many pixels of layers.
+pub fn chunk_length(frames: usize, heaviest_px: f64, jobs: usize) -> usize {
+    let longest = (CHUNK_PIXELS / heaviest_px.max(1.0)) as usize;
+    let longest = longest.clamp(1, CHUNK_FRAMES);
+    frames.div_ceil(jobs.max(1)).clamp(1, longest)
+}
+
+/// Something that takes time: it sleeps, then computes.
+#[derive(Clone, Copy, Debug)]
+struct Load {
+    sleep_s: f64,
+    cpu_s: f64,
+    threads: f64,
+}
+
+/// A chunk or a ground: calls side by side, then decor's own work.
+struct Task {
+    period: usize,
+    is_ground: bool,
+    calls: Vec<Load>,
+    own_s: f64,
+}
+
+/// The wall time that each period adds, and its CPU time.
+pub fn run<'w>(
+    costs: &Costs,
+    works: impl IntoIterator<Item = &'w Work>,
+    jobs: usize,
+    cores: usize,
+) -> Vec<Price> {
+    let (jobs, cores) = (jobs.max(1), cores.max(1));
+    let mut pixels = 0.0_f64;
+    let plans: Vec<Vec<Task>> = works
+        .into_iter()
+        .enumerate()
+        .map(|(period, work)| {
+            pixels = pixels.max(work.size_pixels);
+            tasks(costs, period, work, jobs, cores)
+        })
+        .collect();
+    let cpu: Vec<f64> = plans
+        .iter()
+        .map(|tasks| {
+            let task = |t: &Task| t.own_s + t.calls.iter().map(|c| c.cpu_s).sum::<f64>();
+            tasks.iter().map(task).sum()
+        })
+        .collect();
+    let at_once = periods_at_once(pixels, jobs);
+    let ends = Pool::new(plans, jobs, cores, at_once).ends();
+    let mut before = 0.0_f64;
+    ends.into_iter()
+        .zip(cpu)
+        .map(|(end, cpu_s)| {
+            let wall_s = (end - before).max(0.0);
+            before = before.max(end);
+            Price { wall_s, cpu_s }
+        })
+        .collect()
+}
+
+/// The tasks of a period: its ground first, where it has one.
+fn tasks(costs: &Costs, period: usize, work: &Work, jobs: usize, cores: usize) -> Vec<Task> {
+    let ground = work.ground.iter().map(|picture| {
+        let mut load = call(costs, std::slice::from_ref(picture));
+        load.threads = cores as f64;
+        load
+    });
+    let mut tasks = vec![Task {
+        period,
+        is_ground: true,
+        calls: ground.collect(),
+        own_s: costs.encode_pixel_s * work.ground_encoded,
+    }];
+    let heaviest = work.frames.iter().map(held).fold(1.0, f64::max);
+    let length = chunk_length(work.frames.len(), heaviest, jobs);
+    for frames in work.frames.chunks(length) {
+        let mut groups: BTreeMap<(Pass, u32, u32), Vec<Picture>> = BTreeMap::new();
+        for picture in frames.iter().flat_map(|frame| &frame.pictures) {
+            let (width, height) = if picture.masked {
+                (0, 0)
+            } else {
+                let (width, height) = picture.window;
+                (width.next_power_of_two(), height.next_power_of_two())
+            };
+            let group = groups.entry((picture.pass, width, height));
+            group.or_default().push(*picture);
+        }
+        tasks.push(Task {
+            period,
+            is_ground: false,
+            calls: groups.values().map(|group| call(costs, group)).collect(),
+            own_s: frames.iter().map(|frame| own(costs, frame)).sum(),
+        });
+    }
+    tasks
+}
+
+/// Pixels of layers that a frame holds.
+fn held(frame: &FrameWork) -> f64 {
+    let pictures = frame.pictures.iter();
+    pictures
+        .map(|picture| f64::from(picture.window.0) * f64::from(picture.window.1))
+        .sum()
+}
+
+/// decor's own work for a frame.
+fn own(costs: &Costs, frame: &FrameWork) -> f64 {
+    costs.merge_pixel_s * frame.merged
+        + costs.encode_pixel_s * frame.encoded
+        + costs.write_pixel_s * frame.written
+}
+
+/// A call over some pictures, by one thread. Windows are rendered as large as
+/// the largest of them.
+fn call(costs: &Costs, pictures: &[Picture]) -> Load {
+    let area = |width: u32, height: u32| f64::from(width) * f64::from(height);
+    let width = pictures.iter().map(|p| p.window.0).max().unwrap_or(0);
+    let height = pictures.iter().map(|p| p.window.1).max().unwrap_or(0);
+    let canvas = pictures.iter().map(|p| p.canvas).fold(0.0, f64::max);
+    let mut cpu_s = costs.call_cpu_s;
+    for picture in pictures {
+        let pixel = costs.pixel(picture.pass);
+        let rendered = if picture.masked {
+            picture.pixels
+        } else {
+            area(width, height)
+        };
+        cpu_s += costs.read(&picture.parsed)
+            + costs.canvas_pixel_s * canvas
+            + pixel.of(rendered, picture.covered);
+    }
+    Load {
+        sleep_s: costs.call_sleep_s + costs.picture_sleep_s * pictures.len() as f64,
+        cpu_s,
+        threads: 1.0,
+    }
+}
+
+/// Something that is under way: a call of a task, or decor's own work for it.
+struct Activity {
+    task: usize,
+    is_call: bool,
+    load: Load,
+}
+
+/// A task under way.
+struct Running {
+    task: Task,
+    calls_left: usize,
+}
+
+struct Pool {
+    /// Per period: the tasks that were not begun, the ground first.
+    waiting: VecDeque<Vec<Task>>,
+    chunks: VecDeque<Task>,
+    /// Tasks whose calls are done and whose ground is not.
+    held_up: Vec<usize>,
+    running: BTreeMap<usize, Running>,
+    next_task: usize,
+    calls: VecDeque<(usize, Load)>,
+    activities: Vec<Activity>,
+    workers: usize,
+    slots: usize,
+    cores: f64,
+    now: f64,
+    open: usize,
+    at_once: usize,
+    grounds: Vec<bool>,
+    chunks_left: Vec<usize>,
+    ends: Vec<f64>,
+}
+
+impl Pool {
+    fn new(plans: Vec<Vec<Task>>, jobs: usize, cores: usize, at_once: usize) -> Self {
+        let periods = plans.len();
+        Self {
+            chunks_left: plans.iter().map(|tasks| tasks.len() - 1).collect(),
+            waiting: plans.into(),
+            chunks: VecDeque::new(),
+            held_up: Vec::new(),
+            running: BTreeMap::new(),
+            next_task: 0,
+            calls: VecDeque::new(),
+            activities: Vec::new(),
+            workers: jobs,
+            slots: jobs,
+            cores: cores as f64,
+            now: 0.0,
+            open: 0,
+            at_once,
+            grounds: vec![false; periods],
+            ends: vec![0.0; periods],
+        }
+    }
+
+    /// When each period has its last frame.
+    fn ends(mut self) -> Vec<f64> {
+        loop {
+            self.begin();
+            if self.activities.is_empty() {
+                return self.ends;
+            }
+            self.advance();
+        }
+    }
+
+    /// Gives work to idle workers and free slots.
+    fn begin(&mut self) {
+        while self.workers > 0 {
+            let task = if let Some(chunk) = self.chunks.pop_front() {
+                chunk
+            } else if self.open < self.at_once
+                && let Some(tasks) = self.waiting.pop_front()
+            {
+                self.open += 1;
+                let mut tasks = tasks.into_iter();
+                let Some(ground) = tasks.next() else { continue };
+                self.chunks.extend(tasks);
+                ground
+            } else {
+                break;
+            };
+            self.workers -= 1;
+            let number = self.next_task;
+            self.next_task += 1;
+            let calls_left = task.calls.len();
+            self.calls
+                .extend(task.calls.iter().map(|&call| (number, call)));
+            self.running.insert(number, Running { task, calls_left });
+            if calls_left == 0 {
+                self.called(number);
+            }
+        }
+        while self.slots > 0
+            && let Some((task, load)) = self.calls.pop_front()
+        {
+            self.slots -= 1;
+            self.activities.push(Activity {
+                task,
+                is_call: true,
+                load,
+            });
+        }
+    }
+
+    /// Lets time pass until something ends or wakes.
+    fn advance(&mut self) {
+        let computing = |load: &Load| load.sleep_s <= 0.0;
+        let threads: f64 = self
+            .activities
+            .iter()
+            .filter(|a| computing(&a.load))
+            .map(|a| a.load.threads)
+            .sum();
+        let share = (self.cores / threads.max(1.0)).min(1.0);
+        let left = |load: &Load| {
+            if computing(load) {
+                load.cpu_s / (load.threads * share)
+            } else {
+                load.sleep_s
+            }
+        };
+        let step = self.activities.iter().map(|a| left(&a.load));
+        let step = step.fold(f64::INFINITY, f64::min).max(0.0);
+        self.now += step;
+        let mut done = Vec::new();
+        self.activities.retain_mut(|activity| {
+            // What ends in this step ends at once, whatever the rounding.
+            let last = left(&activity.load) <= step;
+            let load = &mut activity.load;
+            if !computing(load) {
+                load.sleep_s = if last { 0.0 } else { load.sleep_s - step };
+                return true;
+            }
+            load.cpu_s -= step * load.threads * share;
+            if last {
+                done.push((activity.task, activity.is_call));
+            }
+            !last
+        });
+        for (task, is_call) in done {
+            if is_call {
+                self.slots += 1;
+                if let Some(running) = self.running.get_mut(&task) {
+                    running.calls_left -= 1;
+                    if running.calls_left == 0 {
+                        self.called(task);
+                    }
+                }
+            } else {
+                self.finished(task);
+            }
+        }
+    }
+
+    /// All calls of a task are done: decor's own work is next, where the ground
+    /// is there.
+    fn called(&mut self, number: usize) {
+        let Some(Running { task, .. }) = self.running.get(&number) else {
+            return;
+        };
+        if !task.is_ground && !self.grounds[task.period] {
+            self.held_up.push(number);
+            return;
+        }
+        self.activities.push(Activity {
+            task: number,
+            is_call: false,
+            load: Load {
+                sleep_s: 0.0,
+                cpu_s: task.own_s,
+                threads: 1.0,
+            },
+        });
+    }
+
+    fn finished(&mut self, number: usize) {
+        let Some(Running { task, .. }) = self.running.remove(&number) else {
+            return;
+        };
+        self.workers += 1;
+        let period = task.period;
+        if task.is_ground {
+            self.grounds[period] = true;
+            for number in std::mem::take(&mut self.held_up) {
+                self.called(number);
+            }
+        } else {
+            self.chunks_left[period] -= 1;
+        }
+        if self.chunks_left[period] == 0 {
+            self.open -= 1;
+            self.ends[period] = self.now;
+        }
+    }
+}

@@ -1,0 +1,440 @@
+//! What a period makes the renderer and decor do: plain counts, no seconds.
+//!
+//! All that is ever asked of the renderer is listed in one function,
+//! [`Work::of`]: a new pass is a line there.
+
+use std::collections::HashMap;
+
+use decor_api::{Csg, Geometry, Optics, PrototypeId, Size, Window};
+use serde::{Deserialize, Serialize};
+
+use super::coverage::Coverage;
+use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::plan::{FramePlan, Mode, Period, Wishes};
+use crate::segmentation::Class;
+use crate::stage::Stage;
+
+/// What a picture is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pass {
+    /// A décor's colour.
+    Decor,
+    /// A décor's depth.
+    DecorDepth,
+    /// What a décor is dissolved into: its objects at the period's end.
+    Target,
+    /// The depth of that.
+    TargetDepth,
+    /// The sky behind a décor.
+    Sky,
+    /// The fast objects alone.
+    Fast,
+    /// Their depth.
+    FastDepth,
+    /// Blocks rendered from the full scene.
+    Blocks,
+    /// A frame rendered whole.
+    Whole,
+    /// The depth of one.
+    WholeDepth,
+}
+
+impl Pass {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::Decor,
+        Self::DecorDepth,
+        Self::Target,
+        Self::TargetDepth,
+        Self::Sky,
+        Self::Fast,
+        Self::FastDepth,
+        Self::Blocks,
+        Self::Whole,
+        Self::WholeDepth,
+    ];
+
+    /// Does it give depth?
+    pub fn is_depth(self) -> bool {
+        matches!(
+            self,
+            Self::DecorDepth | Self::TargetDepth | Self::FastDepth | Self::WholeDepth
+        )
+    }
+
+    /// Does it show fast objects alone?
+    pub fn is_fast(self) -> bool {
+        matches!(self, Self::Fast | Self::FastDepth)
+    }
+}
+
+/// What the renderer has to read for a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Parsed {
+    /// Placed objects.
+    pub instances: f64,
+    /// The descriptions that they need, in bytes of text, or what text they
+    /// would make.
+    pub bytes: f64,
+}
+
+/// One picture that the renderer is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picture {
+    /// What it is for.
+    pub pass: Pass,
+    /// Pixels that are asked for.
+    pub pixels: f64,
+    /// Of these, pixels that show an object: an estimate.
+    pub covered: f64,
+    /// The window around them. Windows of one call are rendered as large as the
+    /// largest of them.
+    pub window: (u32, u32),
+    /// Are the pixels blocks in a picture of full size?
+    pub masked: bool,
+    /// Pixels of the picture as the renderer holds it.
+    pub canvas: f64,
+    /// What is read first.
+    pub parsed: Parsed,
+}
+
+/// What is done for one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameWork {
+    /// What the renderer is asked for.
+    pub pictures: Vec<Picture>,
+    /// Pixels that decor merges by depth.
+    pub merged: f64,
+    /// Pixels that it encodes as colours of the file.
+    pub encoded: f64,
+    /// Pixels of the file that it compresses and writes.
+    pub written: f64,
+}
+
+/// What a period makes the renderer and decor do.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Work {
+    /// The pictures that its frames wait for, each a call of its own that may
+    /// use every core: the décor, what it is dissolved into.
+    pub ground: Vec<Picture>,
+    /// Pixels of the ground that decor encodes.
+    pub ground_encoded: f64,
+    /// Its frames.
+    pub frames: Vec<FrameWork>,
+    /// Pixels of a frame.
+    pub size_pixels: f64,
+}
+
+/// The sum over all pictures of a pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PassTotal {
+    /// Pictures.
+    pub pictures: u64,
+    /// Pixels that are asked for.
+    pub pixels: f64,
+    /// Of these, pixels that show an object: an estimate.
+    pub covered: f64,
+    /// Placed objects that are read.
+    pub instances: f64,
+    /// Bytes of descriptions that are read.
+    pub bytes: f64,
+}
+
+impl std::ops::AddAssign for PassTotal {
+    fn add_assign(&mut self, other: Self) {
+        self.pictures += other.pictures;
+        self.pixels += other.pixels;
+        self.covered += other.covered;
+        self.instances += other.instances;
+        self.bytes += other.bytes;
+    }
+}
+
+/// Frames of a period whose coverage is worked out; the others are like the one
+/// before them.
+const SAMPLED: usize = 12;
+
+impl Work {
+    /// The work of a period.
+    pub fn of(stage: &Stage, period: &Period, wishes: &Wishes) -> Self {
+        let survey = Survey::of(stage, period, wishes);
+        let size = stage.size();
+        let whole = size.window();
+        let mut work = Self {
+            size_pixels: size.pixels() as f64,
+            ..Self::default()
+        };
+        let first = stage.film.frame(period.start);
+        let layered = period.frames.iter().any(|f| *f != FramePlan::Whole);
+        if period.has_decor() && layered {
+            let seen = survey.seen(&first, |object| !survey.is_fast(object));
+            work.ground.push(seen.picture(Pass::Decor, whole));
+            let with_depth = period.needs_depth() || wishes.with_depth;
+            if with_depth {
+                work.ground.push(seen.picture(Pass::DecorDepth, whole));
+            }
+            work.ground_encoded = size.pixels() as f64;
+            if period.dissolve_until.is_some() {
+                // What the next décor shows as well is rendered once for both.
+                let share = target_share(period);
+                let mut target = vec![seen.picture(Pass::Target, whole)];
+                target.extend(with_depth.then(|| seen.picture(Pass::TargetDepth, whole)));
+                for picture in &mut target {
+                    picture.pixels *= share;
+                    picture.covered *= share;
+                    picture.canvas *= share;
+                }
+                if share > 0.0 {
+                    work.ground.extend(target);
+                }
+                work.ground_encoded *= 2.0;
+            }
+        }
+        let stride = period.frames.len().div_ceil(SAMPLED).max(1);
+        let mut scene = Seen::nothing(size);
+        let mut fast = Seen::nothing(size);
+        for (k, (number, plan)) in (period.start..).zip(&period.frames).enumerate() {
+            if k % stride == 0 {
+                let state = stage.film.frame(number);
+                // Which of the two is of use may change on the way.
+                let rest = &period.frames[k..period.frames.len().min(k + stride)];
+                if rest.iter().any(needs_scene) {
+                    scene = survey.seen(&state, |_| true);
+                }
+                if rest.iter().any(needs_fast) {
+                    fast = survey.seen(&state, |object| survey.in_fast_layer(object, &state));
+                }
+            }
+            let mut frame = FrameWork {
+                written: size.pixels() as f64,
+                ..FrameWork::default()
+            };
+            match plan {
+                FramePlan::Whole => {
+                    frame.pictures.push(scene.picture(Pass::Whole, whole));
+                    if wishes.with_depth {
+                        frame.pictures.push(scene.picture(Pass::WholeDepth, whole));
+                    }
+                    frame.encoded = size.pixels() as f64;
+                }
+                FramePlan::Layered {
+                    fast: windows,
+                    blocks,
+                    sky,
+                } => {
+                    if *sky {
+                        frame.pictures.push(Seen::nothing(size).picture(Pass::Sky, whole));
+                        frame.merged += size.pixels() as f64;
+                    }
+                    for &window in windows {
+                        frame.pictures.push(fast.picture(Pass::Fast, window));
+                        frame.pictures.push(fast.picture(Pass::FastDepth, window));
+                        frame.merged += window.pixels() as f64;
+                    }
+                    if !blocks.is_empty() {
+                        let windows: Vec<Window> = blocks.windows().collect();
+                        frame.pictures.push(scene.blocks(&windows));
+                    }
+                    let patched: f64 = frame
+                        .pictures
+                        .iter()
+                        .filter(|picture| !picture.pass.is_depth())
+                        .map(|picture| picture.pixels)
+                        .sum();
+                    frame.encoded = patched;
+                    if patched == 0.0 && period.dissolve_until.is_none() {
+                        // The décor's own file, again.
+                        frame.written = 0.0;
+                    }
+                }
+            }
+            work.frames.push(frame);
+        }
+        work
+    }
+
+    /// The sums by pass, of the passes that there are.
+    pub fn totals(&self) -> Vec<(Pass, PassTotal)> {
+        let mut sums: HashMap<Pass, PassTotal> = HashMap::new();
+        let pictures = self.frames.iter().flat_map(|frame| &frame.pictures);
+        for picture in self.ground.iter().chain(pictures) {
+            let sum = sums.entry(picture.pass).or_default();
+            sum.pictures += 1;
+            sum.pixels += picture.pixels;
+            sum.covered += picture.covered;
+            sum.instances += picture.parsed.instances;
+            sum.bytes += picture.parsed.bytes;
+        }
+        let sums = Pass::ALL
+            .into_iter()
+            .filter_map(|pass| Some((pass, *sums.get(&pass)?)));
+        sums.collect()
+    }
+}
+
+/// How much of a décor a target costs: what the next décor shows as well is
+/// rendered once, and nobody knows yet what that is. As a rule, the next period
+/// keeps about what this one keeps.
+fn target_share(period: &Period) -> f64 {
+    let fast = period.count(Class::Fast) as f64;
+    (2.0 * fast / period.objects.len().max(1) as f64).min(1.0)
+}
+
+fn needs_scene(plan: &FramePlan) -> bool {
+    match plan {
+        FramePlan::Whole => true,
+        FramePlan::Layered { blocks, .. } => !blocks.is_empty(),
+    }
+}
+
+fn needs_fast(plan: &FramePlan) -> bool {
+    matches!(plan, FramePlan::Layered { fast, .. } if !fast.is_empty())
+}
+
+/// Some objects of a frame: where they are seen, and what it takes to read them.
+pub struct Seen {
+    size: Size,
+    coverage: Coverage,
+    parsed: Parsed,
+}
+
+impl Seen {
+    /// No object.
+    pub fn nothing(size: Size) -> Self {
+        Self {
+            size,
+            coverage: Coverage::none(size),
+            parsed: Parsed::default(),
+        }
+    }
+
+    /// Where they are seen.
+    pub fn coverage(&self) -> &Coverage {
+        &self.coverage
+    }
+
+    /// A window of them.
+    pub fn picture(&self, pass: Pass, window: Window) -> Picture {
+        debug_assert!(window.right() <= self.size.width);
+        Picture {
+            pass,
+            pixels: window.pixels() as f64,
+            covered: self.coverage.of(window),
+            window: (window.width, window.height),
+            masked: false,
+            canvas: self.canvas(window),
+            parsed: self.parsed,
+        }
+    }
+
+    /// A window's picture has powers of two as its sides, the whole one its own.
+    fn canvas(&self, window: Window) -> f64 {
+        if window == self.size.window() {
+            return self.size.pixels() as f64;
+        }
+        let side = |pixels: u32| f64::from(pixels.next_power_of_two());
+        side(window.width) * side(window.height)
+    }
+
+    /// Blocks of them.
+    pub fn blocks(&self, windows: &[Window]) -> Picture {
+        let around = windows.iter().copied().fold(Window::EMPTY, Window::union);
+        Picture {
+            pass: Pass::Blocks,
+            pixels: windows.iter().map(|w| w.pixels() as f64).sum(),
+            covered: windows.iter().map(|&w| self.coverage.of(w)).sum(),
+            window: (around.width, around.height),
+            masked: true,
+            canvas: self.size.pixels() as f64,
+            parsed: self.parsed,
+        }
+    }
+}
+
+/// A period's classes, with what is needed to count objects.
+pub struct Survey<'a> {
+    stage: &'a Stage,
+    classes: HashMap<ObjectId, Class>,
+    /// Are optical objects drawn with the full scene, and not in a layer?
+    optical_in_blocks: bool,
+    bytes: HashMap<PrototypeId, f64>,
+}
+
+impl<'a> Survey<'a> {
+    /// The survey of a period.
+    pub fn of(stage: &'a Stage, period: &Period, wishes: &Wishes) -> Self {
+        let table = &stage.library.table;
+        Self {
+            stage,
+            classes: period.objects.iter().map(|o| (o.object, o.class)).collect(),
+            optical_in_blocks: stage.adapter.abilities().optics
+                && wishes.mode != Mode::Preview
+                && !wishes.with_depth,
+            bytes: table
+                .iter()
+                .map(|(id, prototype)| (id, bytes(&prototype.geometry)))
+                .collect(),
+        }
+    }
+
+    /// Is it rendered in every frame?
+    pub fn is_fast(&self, object: &ObjectState<'_>) -> bool {
+        self.classes
+            .get(&object.id)
+            .is_some_and(|class| !class.in_decor())
+    }
+
+    /// Is it drawn in a fast layer?
+    pub fn in_fast_layer(&self, object: &ObjectState<'_>, state: &FrameState<'_>) -> bool {
+        if !self.is_fast(object) {
+            return false;
+        }
+        let prototype = self.stage.prototype(object);
+        if self.optical_in_blocks && prototype.optics != Optics::Opaque {
+            return false;
+        }
+        let bounds = prototype.bounds.posed(&object.pose);
+        let seen = crate::motion::screen_box(&bounds, &state.camera, self.stage.size());
+        state.shadows || !seen.window().is_empty()
+    }
+
+    /// Those objects of a frame that `select` takes.
+    pub fn seen(
+        &self,
+        state: &FrameState<'_>,
+        mut select: impl FnMut(&ObjectState<'_>) -> bool,
+    ) -> Seen {
+        let mut seen = Seen::nothing(self.stage.size());
+        let mut read: HashMap<PrototypeId, ()> = HashMap::new();
+        for object in state.objects.iter().filter(|object| select(object)) {
+            let id = self.stage.prototype_id(object);
+            let bounds = self.stage.library.table.get(id).bounds;
+            seen.coverage
+                .add(&bounds.posed(&object.pose), &state.camera);
+            seen.parsed.instances += 1.0;
+            if read.insert(id, ()).is_none() {
+                seen.parsed.bytes += self.bytes.get(&id).copied().unwrap_or(0.0);
+            }
+        }
+        seen
+    }
+}
+
+/// What a description takes to read: the bytes of its text, or of the text that
+/// an adapter would write, roughly. What a byte costs is measured.
+fn bytes(geometry: &Geometry) -> f64 {
+    const NODE_BYTES: f64 = 60.0;
+    const TRIANGLE_BYTES: f64 = 40.0;
+    fn tree(csg: &Csg) -> f64 {
+        let own = match csg {
+            Csg::Mesh(mesh) => TRIANGLE_BYTES * mesh.triangles.len() as f64,
+            _ => NODE_BYTES,
+        };
+        own + csg.children().into_iter().map(tree).sum::<f64>()
+    }
+    match geometry {
+        Geometry::Neutral(csg) => tree(csg),
+        Geometry::Fragment(fragment) => fragment.file.text.len() as f64,
+    }
+}

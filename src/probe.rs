@@ -1,0 +1,173 @@
+//! A probe: what a film costs on this machine, from a few small pictures of its
+//! own frames.
+//!
+//! A handful of calls run side by side, so that the renderer's sleep is waited
+//! for once: a call of an empty scene with one picture and with three, the same
+//! in full size, the full scene in the tiniest window (what reading it costs),
+//! and for each pass some of its pixels, from where the picture is full and from
+//! where it is empty. The CPU time of every call is its own, whatever else runs.
+//! The result is kept in the cache, by all that it depends on.
+
+mod core;
+mod fit;
+mod sample;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use decor_api::{AdapterError, RunContext};
+use serde::{Deserialize, Serialize};
+
+use crate::objects::Cache;
+use crate::plan::{Costs, CostsFrom, Plan, Price, Wishes, jobs, whole_work};
+use crate::stage::Stage;
+
+/// What a probe found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probed {
+    /// What things cost.
+    pub costs: Costs,
+    /// Was something rendered for it?
+    pub from: CostsFrom,
+    /// What the probe itself cost.
+    pub price: Price,
+}
+
+/// The kind of its cache entries; changes with [`Costs`] and with what is
+/// rendered.
+const KIND: &str = "probe-1";
+
+/// What is kept.
+#[derive(Serialize, Deserialize)]
+struct Entry {
+    costs: Costs,
+}
+
+/// The costs of a film: kept ones, or those of plain scenes.
+pub fn known(stage: &Stage, cache: &Cache) -> Probed {
+    let kept: Option<Entry> = cache.get(KIND, &key(stage));
+    let (costs, from) = match kept {
+        Some(entry) => (entry.costs, CostsFrom::Cached),
+        None => (built_in(stage), CostsFrom::BuiltIn),
+    };
+    Probed {
+        costs,
+        from,
+        price: Price::default(),
+    }
+}
+
+/// The costs of a film: kept ones, or measured now on the pictures of `plan`.
+/// Any plan of the film will do; one that has fast layers shows what they cost.
+///
+/// # Errors
+/// Where the renderer fails.
+pub fn probe(
+    stage: &Stage,
+    plan: &Plan,
+    cache: &Cache,
+    run: &RunContext,
+) -> Result<Probed, AdapterError> {
+    let known = known(stage, cache);
+    if known.from == CostsFrom::Cached {
+        return Ok(known);
+    }
+    let probed = measure(stage, plan, run)?;
+    let entry = Entry {
+        costs: probed.costs,
+    };
+    cache.put(KIND, &key(stage), &entry);
+    Ok(probed)
+}
+
+/// Measures the costs of a film, whatever is known of it.
+///
+/// # Errors
+/// Where the renderer fails.
+pub fn measure(stage: &Stage, plan: &Plan, run: &RunContext) -> Result<Probed, AdapterError> {
+    let started = Instant::now();
+    let samples = sample::samples(stage, plan);
+    let measured = sample::render(stage, samples, run)?;
+    let mut costs = fit::costs(&measured, &built_in(stage));
+    let (core, core_cpu_s) = core::measure(stage, &measured);
+    core.put_into(&mut costs);
+    let calls_cpu_s: f64 = measured.iter().map(|sample| sample.cpu_s).sum();
+    Ok(Probed {
+        costs,
+        from: CostsFrom::Probe,
+        price: Price {
+            wall_s: started.elapsed().as_secs_f64(),
+            cpu_s: calls_cpu_s + core_cpu_s,
+        },
+    })
+}
+
+/// Is a film worth probing: would rendering its frames one by one take many
+/// times as long as the probe? By built-in costs, which are those of plain
+/// scenes: a film that is dearer than it seems is worth it all the more.
+pub fn worth_probing(stage: &Stage, wishes: &Wishes) -> bool {
+    const TIMES: f64 = 10.0;
+    let cores = cores();
+    let costs = built_in(stage);
+    let frames = costs.price(&whole_work(stage, wishes), jobs(stage), cores);
+    frames.wall_s > TIMES * own_wall_s(&costs)
+}
+
+/// How long a probe takes, about.
+fn own_wall_s(costs: &Costs) -> f64 {
+    let pixels = 12.0 * sample::PIXELS;
+    let work = 12.0 * (costs.call_cpu_s + 2.0 * costs.picture_cpu_s) + costs.colour.of(pixels, 0.0);
+    costs.call_sleep_s + 3.0 * costs.picture_sleep_s + work / cores() as f64
+}
+
+/// The cores of this machine.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// What plain scenes cost with this renderer. One that runs in-process neither
+/// starts nor sleeps.
+fn built_in(stage: &Stage) -> Costs {
+    let mut costs = Costs::default();
+    if is_in_process(stage) {
+        costs.call_sleep_s = 0.0;
+        costs.picture_sleep_s = 0.0;
+        costs.call_cpu_s = 0.0;
+        costs.picture_cpu_s = 0.0;
+        costs.canvas_pixel_s = 0.0;
+    }
+    costs
+}
+
+/// Does the renderer run in this process? Then its calls are measured one by
+/// one: there is no child whose time is its own.
+fn is_in_process(stage: &Stage) -> bool {
+    stage.adapter.abilities().call_overhead_s <= 0.0
+}
+
+/// All that the costs depend on: the film, the renderer and its version, the
+/// machine, and how this program was built.
+fn key(stage: &Stage) -> Vec<u8> {
+    format!(
+        "{} {} {} {}",
+        stage.key(),
+        cores(),
+        processor(),
+        if cfg!(debug_assertions) {
+            "debug"
+        } else {
+            "release"
+        },
+    )
+    .into_bytes()
+}
+
+/// The name of the machine's processor, where the system tells it.
+fn processor() -> Arc<str> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"))
+        .map(|rest| rest.trim_start_matches([' ', '\t', ':']).trim());
+    name.unwrap_or(std::env::consts::ARCH).into()
+}

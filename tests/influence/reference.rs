@@ -1,0 +1,103 @@
+//! Random scenes with the reference adapter. `DECOR_INFLUENCE_SCENES` of them
+//! (default 2 000), half of them antialiased; those with the depth of all
+//! samples, and with that of the centres alone.
+
+use std::sync::Mutex;
+
+use decor_api::{Antialias, Output, PrototypeTable, RunContext, Size};
+use decor_reference::Reference;
+use rayon::prelude::*;
+
+use crate::count;
+use crate::scenes::{Dice, differing, random, render};
+
+const SIZE: Size = Size {
+    width: 48,
+    height: 36,
+};
+
+#[derive(Default)]
+struct Totals {
+    differing: usize,
+    influenced: usize,
+    missed: Vec<String>,
+}
+
+fn check(number: u64) -> [Totals; 3] {
+    let mut table = PrototypeTable::default();
+    let mut dice = Dice(0xdec0_0000 + number);
+    let mut case = random(&mut dice, &mut table, SIZE);
+    let per_side = 2 + (number / 2 % 2) as u32;
+    case.antialias = (number % 2 == 1).then_some(Antialias {
+        threshold: 0.05,
+        depth: per_side,
+    });
+    let (adapter, run) = (Reference::new(), RunContext::new(std::env::temp_dir()));
+    let drawn = |scene, size, output| {
+        let antialias = case.antialias;
+        let layers = render(&adapter, &run, &table, vec![scene], size, output, antialias);
+        layers.into_iter().next().unwrap()
+    };
+    let full = drawn(case.scene.clone(), SIZE, Output::ColourOverBackground);
+    let decor = drawn(case.decor(), SIZE, Output::ColourOverBackground);
+    let changed = differing(&full, &decor, SIZE);
+    let mut totals = <[Totals; 3]>::default();
+    let mut compare = |place: usize, mask: &decor::influence::Mask| {
+        let total = &mut totals[place];
+        total.differing += changed.len();
+        total.influenced += mask.count();
+        let mask = if case.antialias.is_some() {
+            mask.dilated()
+        } else {
+            mask.clone()
+        };
+        let missed = changed.iter().filter(|(x, y)| !mask.contains(*x, *y));
+        let missed: Vec<_> = missed.collect();
+        if let Some((x, y)) = missed.first() {
+            let count = missed.len();
+            let text = format!("scene {number}: {count} pixels, the first at ({x}, {y})");
+            total.missed.push(text);
+        }
+    };
+    if case.antialias.is_none() {
+        compare(0, &case.mask(&table, &decor, None));
+    } else {
+        let fine = Size {
+            width: SIZE.width * per_side,
+            height: SIZE.height * per_side,
+        };
+        let samples = drawn(case.decor(), fine, Output::Depth);
+        compare(1, &case.mask(&table, &decor, Some((&samples, per_side))));
+        compare(2, &case.mask(&table, &decor, None));
+    }
+    totals
+}
+
+#[test]
+fn every_pixel_that_differs_is_influenced() {
+    let all = Mutex::new(<[Totals; 3]>::default());
+    (0..count("DECOR_INFLUENCE_SCENES", 2000))
+        .into_par_iter()
+        .for_each(|number| {
+            let found = check(number);
+            let mut all = all.lock().unwrap();
+            for (all, found) in all.iter_mut().zip(found) {
+                all.differing += found.differing;
+                all.influenced += found.influenced;
+                all.missed.extend(found.missed);
+            }
+        });
+    let all = all.into_inner().unwrap();
+    let names = ["centres", "samples", "neighbourhoods"];
+    for (name, total) in names.iter().zip(&all) {
+        println!(
+            "{name}: {} pixels differ, {} are influenced, {} scenes fail {:?}",
+            total.differing,
+            total.influenced,
+            total.missed.len(),
+            &total.missed[..total.missed.len().min(8)]
+        );
+        assert!(total.differing > 10_000, "{name}: too little changes");
+    }
+    assert!(all.iter().all(|total| total.missed.is_empty()), "see above");
+}
