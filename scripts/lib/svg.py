@@ -31,17 +31,18 @@ def ticks(high):
 
 def bars(title, groups, unit, note=""):
     """Horizontal bars: groups = [(name, [(label, value or None, words)])]."""
-    left, width, row = 170, 820, 20
+    left, width, row = 170, 880, 20
     values = [value for _, members in groups for _, value, _ in members if value]
     high = max(values, default=1)
-    scale = (width - left - 190) / high
-    labels = list(dict.fromkeys(label for _, members in groups for label, _, _ in members))
+    scale = (width - left - 250) / high
+    # Settings of one mode ("equivalent 2 px") have its colour.
+    modes = list(dict.fromkeys(label.split()[0] for _, members in groups for label, _, _ in members))
     body, y = [text(16, 44, note, extra='fill="#555"')], 66
     for name, members in groups:
         body.append(text(16, y + 13, name, extra='font-weight="bold"'))
         y += row
         for label, value, words in members:
-            colour = COLOURS[labels.index(label) % len(COLOURS)]
+            colour = COLOURS[modes.index(label.split()[0]) % len(COLOURS)]
             long = (value or 0) * scale
             body.append(text(left - 8, y + 13, label, "end"))
             body.append(f'<rect x="{left}" y="{y + 2}" width="{long:.1f}" height="{row - 5}" fill="{colour}"/>')
@@ -57,31 +58,41 @@ def bars(title, groups, unit, note=""):
 
 def curves(title, panels):
     """Line charts side by side. A panel: {"title", "x", "y", "lines"}; a line:
-    (name, points [(x, y)], dashed)."""
-    wide, high, left, top = 400, 300, 52, 64
+    (name, points [(x, y)], dashed). x is positive, its axis logarithmic."""
+    wide, high, left, top = 400, 300, 52, 80
     body = []
     names = list(dict.fromkeys(name for panel in panels for name, _, _ in panel["lines"]))
     for k, panel in enumerate(panels):
         x0, y0 = 16 + left + k * (wide + 80), top + high
         points = [point for _, line, _ in panel["lines"] for point in line]
-        xs = ticks(max((x for x, _ in points), default=1))
+        xs = sorted({x for x, _ in points})
         ys = ticks(max([y for _, y in points] + [1]))
-        at = lambda x, y: (x0 + wide * x / xs[-1], y0 - high * y / ys[-1])
-        body.append(text(x0, top - 12, panel["title"], extra='font-weight="bold"'))
+        low, span = math.log(xs[0]), math.log(xs[-1] / xs[0]) or 1
+
+        def at(x, y):
+            # A little room beside the axis.
+            along = 0.04 + 0.92 * (math.log(x) - low) / span
+            return x0 + wide * along, y0 - high * y / ys[-1]
+
+        body.append(text(x0, top - 32, panel["title"], extra='font-weight="bold"'))
         for y in ys:
-            _, py = at(0, y)
+            _, py = at(xs[0], y)
             body.append(f'<line x1="{x0}" y1="{py:.1f}" x2="{x0 + wide}" y2="{py:.1f}" stroke="#ddd"/>')
             body.append(text(x0 - 6, py + 4, f"{y:g}", "end"))
+        last = -math.inf
         for x in xs:
             px, _ = at(x, 0)
+            if px - last < 30:
+                continue  # Its number would stand in the last one.
+            last = px
             body.append(f'<line x1="{px:.1f}" y1="{y0}" x2="{px:.1f}" y2="{y0 + 4}" stroke="#555"/>')
-            body.append(text(px, y0 + 18, f"{x:g}", "middle"))
+            body.append(text(px, y0 + 18, f"{x:.3g}", "middle"))
         if ys[-1] >= 1:
-            _, py = at(0, 1)
+            _, py = at(xs[0], 1)
             body.append(f'<line x1="{x0}" y1="{py:.1f}" x2="{x0 + wide}" y2="{py:.1f}" stroke="#999" stroke-dasharray="3 3"/>')
         body.append(f'<path d="M{x0} {top}V{y0}H{x0 + wide}" fill="none" stroke="#555"/>')
         body.append(text(x0 + wide / 2, y0 + 36, panel["x"], "middle"))
-        body.append(text(x0 - 40, top - 30, panel["y"], extra='fill="#555"'))
+        body.append(text(x0 - 40, top - 12, panel["y"], extra='fill="#555"'))
         for name, line, dashed in panel["lines"]:
             colour = COLOURS[names.index(name) % len(COLOURS)]
             dash = ' stroke-dasharray="6 4"' if dashed else ""

@@ -17,7 +17,7 @@
 //! - 1 − σ = 1 − ‖P − L′‖/‖X′ − L′‖ ≤ 1 − (‖c−L‖ − r − ρ)/(‖X−L‖ + ρ + t·spread):
 //!   the penumbra of what is close to the ground is narrow.
 
-use decor_api::{Light, LightKind, Sphere};
+use decor_api::{Bounds, Light, LightKind, Sphere};
 use glam::DVec3;
 
 use super::distance::{half_strip_squared, segment_squared, triangle_squared};
@@ -215,7 +215,37 @@ fn blocks_sun(ball: &Sphere, beam: &Beam, back: DVec3, plane: f64) -> bool {
     !is_clear(squared, r + beam.slack(far) + rounding + ROUNDING * far)
 }
 
+/// Can what is within `caster` shade anything of what is within `receiver`? All
+/// in the world. `false` is certain.
+pub fn may_shade(light: &Light, caster: &Bounds, receiver: &Bounds) -> bool {
+    let (caster, receiver) = match (caster, receiver) {
+        (Bounds::Empty, _) | (_, Bounds::Empty) => return false,
+        (Bounds::Sphere(caster), Bounds::Sphere(receiver)) => (caster, receiver),
+        _ => return Lamp::of(light, DVec3::ZERO).is_some(),
+    };
+    let ball = |ball: &Sphere| Sphere {
+        centre: ball.centre - receiver.centre,
+        // What the subtraction rounds away.
+        radius: ball.radius * (1.0 + 1e-12) + 1e-14 * ball.centre.abs().max_element(),
+    };
+    let beam = Beam::to_ball(&ball(receiver), DVec3::Z);
+    Lamp::of(light, receiver.centre).is_some_and(|lamp| lamp.may_be_blocked(&ball(caster), &beam))
+}
+
 impl Beam {
+    /// To everything in a ball: all of it is where its centre may be. `forward`:
+    /// any direction, for a ball around the eye.
+    pub fn to_ball(ball: &Sphere, forward: DVec3) -> Self {
+        let distance = ball.centre.length();
+        Self {
+            direction: ball.centre.normalize_or(forward),
+            spread: 0.0,
+            near: distance,
+            far: distance,
+            quantum: (ball.radius * (1.0 + 1e-9), 1e-9),
+        }
+    }
+
     /// How far a point at the distance `t` may be off the middle ray's, and off
     /// its own place.
     fn slack(&self, t: f64) -> f64 {
@@ -328,13 +358,27 @@ mod tests {
                     let towards = place + sides.0;
                     let back = (place - towards).normalize_or_zero();
                     let ahead = (place - x).dot(back);
-                    (LightKind::Sun { towards }, x + back * ahead.max(0.0))
+                    // Behind the plane there is no way, and no shadow.
+                    prop_assume!(ahead >= 0.0);
+                    (LightKind::Sun { towards }, x + back * ahead)
                 }
             };
             let p = x + (end - x) * way;
             let ball = Sphere { centre: p + out * (radius * share), radius };
             let lamp = Lamp::of(&light(place, kind), DVec3::ZERO).unwrap();
             prop_assert!(lamp.may_be_blocked(&ball, &beam), "{lamp:?} {ball:?} {beam:?} {x}");
+        }
+
+        #[test]
+        fn what_stands_between_two_balls_and_a_light_may_shade(
+            receiver in vec3(20.0), radii in (0.0..3.0_f64, 0.0..3.0_f64),
+            from in unit(), out in unit(), way in 0.0..1.0_f64, place in vec3(20.0),
+        ) {
+            let x = receiver + from * radii.0;
+            let p = x + (place - x) * way;
+            let receiver = Bounds::sphere(receiver, radii.0);
+            let light = light(place, LightKind::Point);
+            prop_assert!(may_shade(&light, &Bounds::sphere(p + out * radii.1, radii.1), &receiver));
         }
 
         #[test]
@@ -398,6 +442,22 @@ mod tests {
             !sun.may_be_blocked(&ball(0.5, 15.0, 1.0), &surface),
             "behind the sun"
         );
+    }
+
+    #[test]
+    fn a_caster_beside_or_below_a_receiver_does_not_shade_it() {
+        let lamp = light(DVec3::Y * 10.0, LightKind::Point);
+        let ball = |x: f64, y: f64| Bounds::sphere(DVec3::new(x, y, 0.0), 1.0);
+        assert!(may_shade(&lamp, &ball(1.0, 5.0), &ball(0.0, 0.0)));
+        assert!(!may_shade(&lamp, &ball(2.5, 5.0), &ball(0.0, 0.0)));
+        assert!(!may_shade(&lamp, &ball(0.0, -3.0), &ball(0.0, 0.0)));
+        assert!(!may_shade(&lamp, &Bounds::Empty, &Bounds::Unbounded));
+        assert!(may_shade(&lamp, &ball(9.0, 0.0), &Bounds::Unbounded));
+        let dark = Light {
+            colour: Rgb([0.0; 3]),
+            ..lamp
+        };
+        assert!(!may_shade(&dark, &ball(1.0, 5.0), &ball(0.0, 0.0)));
     }
 
     #[test]

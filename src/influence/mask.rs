@@ -4,7 +4,7 @@ use decor_api::{Size, Window};
 
 use crate::plan::BlockSet;
 
-/// Why a pixel can change. Where several hold, the first is told.
+/// Why a pixel can change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cause {
@@ -13,21 +13,16 @@ pub enum Cause {
     /// What changed can cast a shadow on what is seen there.
     Shadowed = 2,
     /// What is seen there mirrors or lets light through.
-    Optical = 3,
+    Optical = 4,
     /// Only a neighbour can change: antialiasing looks at it.
-    Neighbour = 4,
-}
-
-impl Cause {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Seen, Self::Shadowed, Self::Optical, Self::Neighbour];
+    Neighbour = 8,
 }
 
 /// Pixels of a picture that can change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
     size: Size,
-    /// 0, or a [`Cause`].
+    /// Of every pixel, all [`Cause`]s added up.
     causes: Vec<u8>,
 }
 
@@ -46,19 +41,21 @@ impl Mask {
         self.size
     }
 
-    /// Why pixel (x, y) can change; `None` where it cannot, and outside the
-    /// picture.
-    pub fn cause(&self, x: u32, y: u32) -> Option<Cause> {
+    fn code(&self, x: u32, y: u32) -> u8 {
         if x >= self.size.width || y >= self.size.height {
-            return None;
+            return 0;
         }
-        let code = self.causes[y as usize * self.size.width as usize + x as usize];
-        Cause::ALL.into_iter().find(|cause| *cause as u8 == code)
+        self.causes[y as usize * self.size.width as usize + x as usize]
     }
 
-    /// Can pixel (x, y) change?
+    /// Can pixel (x, y) change? Outside of the picture none can.
     pub fn contains(&self, x: u32, y: u32) -> bool {
-        self.cause(x, y).is_some()
+        self.code(x, y) != 0
+    }
+
+    /// Can pixel (x, y) change for this cause? Several may hold.
+    pub fn has(&self, x: u32, y: u32, cause: Cause) -> bool {
+        self.code(x, y) & cause as u8 != 0
     }
 
     /// How many pixels can change.
@@ -66,9 +63,10 @@ impl Mask {
         self.causes.iter().filter(|code| **code != 0).count()
     }
 
-    /// How many pixels can change for this cause.
+    /// How many pixels can change for this cause, and perhaps for others.
     pub fn count_of(&self, cause: Cause) -> usize {
-        self.causes.iter().filter(|c| **c == cause as u8).count()
+        let codes = self.causes.iter();
+        codes.filter(|code| **code & cause as u8 != 0).count()
     }
 
     /// With the eight neighbours of every pixel: antialiasing compares a pixel
@@ -133,7 +131,8 @@ mod tests {
         let wide = one(31, 31).dilated();
         assert_eq!(wide.count(), 9);
         assert_eq!(wide.count_of(Cause::Shadowed), 1);
-        assert_eq!(wide.cause(32, 32), Some(Cause::Neighbour));
+        assert!(wide.has(32, 32, Cause::Neighbour));
+        assert!(!wide.has(31, 31, Cause::Neighbour) && wide.has(31, 31, Cause::Shadowed));
         assert_eq!(wide.blocks().numbers(), [0, 1, 3, 4]);
         assert_eq!(one(31, 31).blocks().numbers(), [0]);
         let corner = one(69, 39).dilated();

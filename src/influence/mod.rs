@@ -38,9 +38,9 @@
 //! almost.
 
 mod depths;
-pub mod distance;
+mod distance;
 mod estimate;
-pub mod lamp;
+mod lamp;
 mod mask;
 mod parts;
 mod trace;
@@ -51,7 +51,7 @@ use decor_api::{Bounds, Camera, Light, Pose, Prototype, Size, Sphere, Window};
 
 pub use depths::Depths;
 pub use estimate::estimated_pixels;
-pub use lamp::{Beam, Lamp};
+pub use lamp::{Beam, Lamp, may_shade};
 pub use mask::{Cause, Mask};
 pub use parts::{is_slender, parts, thickness};
 
@@ -167,4 +167,154 @@ pub fn influence(still: &Still<'_>, changed: &[Changed], unconfined: Option<&str
         return Influence::Confined(Mask::none(still.size));
     }
     Influence::Confined(trace::trace(still, changed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use decor_api::{Layer, LightKind, Rgb};
+    use glam::DVec3;
+
+    fn layer(size: Size, depth: f64) -> Layer {
+        Layer {
+            window: size.window(),
+            colour: None,
+            depth: Some(vec![depth; size.pixels()]),
+            depth_quantum: (0.0, 0.0),
+        }
+    }
+
+    fn lamp(position: DVec3) -> Light {
+        Light {
+            position,
+            colour: Rgb([1.0; 3]),
+            kind: LightKind::Point,
+            fade: None,
+        }
+    }
+
+    /// What a small ball on the axis influences, 20 away from the eye, before a
+    /// wall at `depth`.
+    fn mask(size: Size, eye: DVec3, depth: f64, lights: &[Light], shadows: bool) -> Mask {
+        let camera = Camera::look_at(eye, eye + DVec3::Z, DVec3::Y, (60.0, 60.0)).unwrap();
+        let wall = layer(size, depth);
+        let still = Still {
+            camera: &camera,
+            size,
+            lights,
+            shadows,
+            antialiased: false,
+            depths: Depths::at_centres(&wall),
+            optical: &[],
+            slender: &[],
+        };
+        let ball = Bounds::sphere(eye + DVec3::Z * 20.0, 0.5);
+        let found = influence(&still, &[ball.into()], None);
+        found.mask().expect("a ball has an end").clone()
+    }
+
+    const SIZE: Size = Size {
+        width: 100,
+        height: 100,
+    };
+
+    #[test]
+    fn a_shadow_is_where_the_light_is_not_and_only_where_there_is_a_surface() {
+        let lights = [lamp(DVec3::new(10.0, 0.0, 10.0))];
+        let at = |depth| mask(SIZE, DVec3::ZERO, depth, &lights, true);
+        let wall = at(30.0);
+        assert!(wall.has(50, 50, Cause::Seen) && !wall.has(50, 50, Cause::Shadowed));
+        // Through the ball the light reaches the wall at about (-10, 0, 30 · cos).
+        let shadowed = (0..100).filter(|&x| wall.has(x, 50, Cause::Shadowed));
+        let shadowed: Vec<u32> = shadowed.collect();
+        let expected = 50.0 - 86.6 * 0.33;
+        assert!(
+            shadowed
+                .iter()
+                .any(|&x| (f64::from(x) - expected).abs() < 4.0)
+        );
+        assert!(shadowed.len() < 12, "{shadowed:?}");
+        assert_eq!(at(f64::INFINITY).count_of(Cause::Shadowed), 0);
+        assert_eq!(at(5.0).count(), 0, "a wall before the ball hides it");
+        let off = mask(SIZE, DVec3::ZERO, 30.0, &lights, false);
+        assert_eq!(off.count(), off.count_of(Cause::Seen));
+        let dark = [Light {
+            colour: Rgb([0.0; 3]),
+            ..lights[0]
+        }];
+        assert_eq!(mask(SIZE, DVec3::ZERO, 30.0, &dark, true), off);
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_influenced() {
+        for light in [
+            lamp(DVec3::NAN),
+            lamp(DVec3::X * f64::INFINITY),
+            lamp(DVec3::X * 1e300),
+        ] {
+            let all = mask(SIZE, DVec3::ZERO, 30.0, &[light], true);
+            assert_eq!(all.count_of(Cause::Shadowed), SIZE.pixels(), "{light:?}");
+        }
+        // A depth that nobody knows is one along the whole ray.
+        let lights = [lamp(DVec3::new(10.0, 0.0, 10.0))];
+        let unknown = mask(SIZE, DVec3::ZERO, f64::NAN, &lights, true);
+        for depth in [20.0, 25.0, 30.0, 60.0, 1e6] {
+            let known = mask(SIZE, DVec3::ZERO, depth, &lights, true);
+            for (x, y) in (0..100).flat_map(|x| (0..100).map(move |y| (x, y))) {
+                let is = |mask: &Mask| mask.has(x, y, Cause::Shadowed);
+                assert!(is(&unknown) || !is(&known), "({x}, {y}) at {depth}");
+            }
+        }
+    }
+
+    #[test]
+    fn far_from_the_origin_and_in_odd_pictures_it_is_the_same() {
+        let near = mask(SIZE, DVec3::ZERO, 30.0, &[lamp(DVec3::X * 10.0)], true);
+        let eye = DVec3::splat(1e8);
+        let far = mask(SIZE, eye, 30.0, &[lamp(eye + DVec3::X * 10.0)], true);
+        let both = (near.count(), far.count());
+        assert!(both.1 >= both.0 && both.1 <= both.0 + 40, "{both:?}");
+        for (width, height) in [(1, 1), (1, 65_535), (33, 31)] {
+            let size = Size { width, height };
+            let mask = mask(size, DVec3::ZERO, 30.0, &[lamp(DVec3::Y)], true);
+            assert!(mask.contains(width / 2, height / 2));
+        }
+    }
+
+    #[test]
+    fn reasons_come_first() {
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (60.0, 60.0)).unwrap();
+        let wall = layer(SIZE, 1.0);
+        let still = Still {
+            camera: &camera,
+            size: SIZE,
+            lights: &[],
+            shadows: true,
+            antialiased: true,
+            depths: Depths::at_centres(&wall),
+            optical: &[Window {
+                x: 90,
+                y: 5,
+                width: 50,
+                height: 2,
+            }],
+            slender: &[],
+        };
+        let of = |bounds: Bounds, why| influence(&still, &[bounds.into()], why);
+        assert_eq!(
+            of(Bounds::Unbounded, None),
+            Influence::Everything(Reason::Endless)
+        );
+        let radiosity = of(Bounds::Empty, Some("radiosity"));
+        let Influence::Everything(reason) = radiosity else {
+            panic!()
+        };
+        assert_eq!(reason.to_string(), "radiosity can change every pixel");
+        let none = of(Bounds::Empty, None);
+        assert_eq!(none.mask().unwrap().count(), 0, "nothing changed");
+        // A mirror shows what is beside the picture.
+        let outside = of(Bounds::sphere(DVec3::X * 50.0, 1.0), None);
+        assert_eq!(outside.mask().unwrap().count(), 20);
+        assert_eq!(outside.mask().unwrap().count_of(Cause::Optical), 20);
+    }
 }

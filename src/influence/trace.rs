@@ -48,9 +48,7 @@ pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
         for y in window.y..window.bottom() {
             let start = y as usize * size.width as usize + window.x as usize;
             let row = &mut causes[start..start + window.width as usize];
-            row.iter_mut()
-                .filter(|code| **code == 0)
-                .for_each(|code| *code = cause as u8);
+            row.iter_mut().for_each(|code| *code |= cause as u8);
         }
     };
     for &window in still.optical {
@@ -136,17 +134,12 @@ impl<'a> Tracer<'a> {
             Bounds::Empty => false,
             Bounds::Unbounded => !self.lamps.is_empty(),
             Bounds::Sphere(ball) => {
-                let centre = ball.centre - still.camera.eye;
-                let beam = Beam {
-                    direction: centre.normalize_or(still.camera.forward),
-                    spread: 0.0,
-                    near: centre.length(),
-                    far: centre.length(),
-                    // All of the ball is where its centre may be.
-                    quantum: (ball.radius * (1.0 + 1e-9), 1e-9),
+                let ball = Sphere {
+                    centre: ball.centre - still.camera.eye,
+                    radius: ball.radius,
                 };
-                let casters = self.lamps.iter();
-                casters.into_iter().any(|lamp| {
+                let beam = Beam::to_ball(&ball, still.camera.forward);
+                self.lamps.iter().any(|lamp| {
                     let mut parts = self.parts.iter();
                     parts.any(|part| lamp.may_be_blocked(part, &beam))
                 })
@@ -279,16 +272,12 @@ impl<'a> Tracer<'a> {
         for y in cell.y..cell.bottom() {
             for x in cell.x..cell.right() {
                 let place = (y - top) as usize * self.still.size.width as usize + x as usize;
-                if rows[place] == 0
-                    && let Some(cause) = self.pixel(x, y, suspects)
-                {
-                    rows[place] = cause as u8;
-                }
+                rows[place] |= self.pixel(x, y, suspects);
             }
         }
     }
 
-    fn pixel(&self, x: u32, y: u32, suspects: &Suspects) -> Option<Cause> {
+    fn pixel(&self, x: u32, y: u32, suspects: &Suspects) -> u8 {
         let own = Window {
             x,
             y,
@@ -297,31 +286,38 @@ impl<'a> Tracer<'a> {
         };
         let range = self.range(own);
         let around = self.beam(own, range);
-        let cause = self.cause(&around, range, suspects)?;
-        if !(self.still.antialiased && self.still.depths.has_samples()) {
-            return Some(cause);
+        let most = self.causes(&around, range, suspects);
+        if most == 0 || !(self.still.antialiased && self.still.depths.has_samples()) {
+            return most;
         }
         // The pixel's whole beam is reached; is one of its rays?
         let (left, upper) = (f64::from(x), f64::from(y));
         let centre = (0.5, 0.5, self.still.depths.centre(x, y));
-        let mut rays = std::iter::once(centre).chain(self.still.depths.samples(x, y));
-        rays.find_map(|(right, down, depth)| {
+        let mut found = 0;
+        for (right, down, depth) in std::iter::once(centre).chain(self.still.depths.samples(x, y)) {
             let range = Range::of(depth);
             let ray = self.ray(left + right, upper + down, (0.0, 0.0), range);
-            self.cause(&ray, range, suspects)
-        })
+            found |= self.causes(&ray, range, suspects);
+            if found == most {
+                break;
+            }
+        }
+        found
     }
 
-    fn cause(&self, beam: &Beam, range: Range, suspects: &Suspects) -> Option<Cause> {
+    /// The causes that reach a beam, added up.
+    fn causes(&self, beam: &Beam, range: Range, suspects: &Suspects) -> u8 {
         let is_seen = |&ball: &u32| self.shows(beam, range, self.ball(ball, false));
-        if suspects.seen.iter().any(is_seen) {
-            return Some(Cause::Seen);
-        }
         let casts = |&(lamp, ball): &(u32, u32)| {
             let lamp = &self.lamps[lamp as usize];
             lamp.may_be_blocked(self.ball(ball, false), beam)
         };
-        (range.any && suspects.casting.iter().any(casts)).then_some(Cause::Shadowed)
+        let code = |holds: bool, cause: Cause| if holds { cause as u8 } else { 0 };
+        code(suspects.seen.iter().any(is_seen), Cause::Seen)
+            | code(
+                range.any && suspects.casting.iter().any(casts),
+                Cause::Shadowed,
+            )
     }
 }
 

@@ -88,6 +88,18 @@ impl Case {
         depth: &Layer,
         samples: Option<(&Layer, u32)>,
     ) -> Mask {
+        self.mask_of_smaller(1.0, table, depth, samples)
+    }
+
+    /// As [`Self::mask`], where what changed had spheres so many times as large:
+    /// a mask that is wrong.
+    pub fn mask_of_smaller(
+        &self,
+        share: f64,
+        table: &PrototypeTable,
+        depth: &Layer,
+        samples: Option<(&Layer, u32)>,
+    ) -> Mask {
         let (decor, changed) = self.scene.instances.split_at(self.decor_count);
         let (camera, size) = (&self.scene.camera, self.size);
         let optical: Vec<Window> = decor
@@ -105,7 +117,14 @@ impl Case {
             .collect();
         let changed: Vec<Changed> = changed
             .iter()
-            .map(|i| Changed::placed(table.get(i.prototype), &i.pose))
+            .map(|i| {
+                let mut object = Changed::placed(table.get(i.prototype), &i.pose);
+                object.parts.iter_mut().for_each(|p| p.radius *= share);
+                if let Bounds::Sphere(whole) = &mut object.whole {
+                    whole.radius *= share;
+                }
+                object
+            })
             .collect();
         let still = Still {
             camera,

@@ -137,12 +137,8 @@ fn picture(name: &str, mask: &Mask, changed: &[(u32, u32)]) {
         return;
     };
     let mut picture = image::RgbImage::from_fn(SIZE.width, SIZE.height, |x, y| {
-        image::Rgb(match mask.cause(x, y) {
-            None => [0, 0, 0],
-            Some(Cause::Seen) => [120, 60, 60],
-            Some(Cause::Shadowed) => [60, 60, 120],
-            Some(Cause::Optical | Cause::Neighbour) => [60, 120, 60],
-        })
+        let is = |cause| u8::from(mask.has(x, y, cause)) * 120;
+        image::Rgb([is(Cause::Seen), is(Cause::Optical), is(Cause::Shadowed)])
     });
     for &(x, y) in changed {
         let image::Rgb(under) = *picture.get_pixel(x, y);

@@ -261,22 +261,13 @@ impl LayerCall<'_> {
         }
     }
 
-    /// POV-Ray takes over what a state file says, and deletes it when the frame
-    /// is done: a second link to it survives.
     fn prepare_states(&self, folder: &Folder, numbering: Numbering) -> Result<(), AdapterError> {
         for (k, shot) in self.request.shots.iter().enumerate() {
-            let suffix = numbering.suffix(k);
-            let path = folder.file(&format!("layer{suffix}.pov-state"));
-            let kept = folder.file(&format!("layer{suffix}.kept"));
             let bytes = match &shot.region {
                 Region::Window(_) => state::empty(),
                 Region::Blocks(ids) => state::masked(self.request.size, ids),
             };
-            std::fs::write(&path, bytes).map_err(AdapterError::io(&path))?;
-            // In a kept folder there may be one of an earlier run.
-            let _ = std::fs::remove_file(&kept);
-            let _ = std::fs::remove_file(folder.file(&format!("layer{suffix}.ppm")));
-            std::fs::hard_link(&path, &kept).map_err(AdapterError::io(&kept))?;
+            keep_state(folder, "layer", &numbering.suffix(k), &bytes)?;
         }
         Ok(())
     }
@@ -298,11 +289,7 @@ impl LayerCall<'_> {
         let suffix = numbering.suffix(k);
         let colour = match self.source {
             LayerSource::StateFile => {
-                let path = folder.file(&format!("layer{suffix}.kept"));
-                let bytes = std::fs::read(&path).map_err(|source| missing(&path, &source))?;
-                // Frames are many: their pixels do not wait for the last one.
-                let _ = std::fs::remove_file(&path);
-                let _ = std::fs::remove_file(folder.file(&format!("layer{suffix}.ppm")));
+                let (path, bytes) = take_state(folder, "layer", &suffix)?;
                 let wanted = match region {
                     Region::Window(_) => Wanted::All,
                     Region::Blocks(ids) => Wanted::Blocks(ids, self.request.size),
@@ -313,7 +300,7 @@ impl LayerCall<'_> {
                 let alpha = matches!(self.request.output, Output::ColourAlone { with_sky: false });
                 let ending = if alpha { "png" } else { "ppm" };
                 let path = folder.file(&format!("layer{suffix}.{ending}"));
-                let bytes = std::fs::read(&path).map_err(|source| missing(&path, &source))?;
+                let bytes = read_file(&path)?;
                 let coding = if self.code.is_some() {
                     picture::Coding::Linear
                 } else {
@@ -354,12 +341,45 @@ fn describe(request: &LayerRequest<'_>) -> String {
     }
 }
 
-fn missing(path: &Path, error: &std::io::Error) -> AdapterError {
-    AdapterError::BadOutput {
+/// Writes the state file of the frame that POV-Ray names `name` and `suffix`.
+/// POV-Ray takes over what it says, and deletes it when the frame is done: a
+/// second link to it survives.
+pub fn keep_state(
+    folder: &Folder,
+    name: &str,
+    suffix: &str,
+    bytes: &[u8],
+) -> Result<(), AdapterError> {
+    let path = folder.file(&format!("{name}{suffix}.pov-state"));
+    let kept = folder.file(&format!("{name}{suffix}.kept"));
+    std::fs::write(&path, bytes).map_err(AdapterError::io(&path))?;
+    // In a kept folder there may be one of an earlier run.
+    let _ = std::fs::remove_file(&kept);
+    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.ppm")));
+    std::fs::hard_link(&path, &kept).map_err(AdapterError::io(&kept))
+}
+
+/// Reads what became of a state file, and removes it and its picture: frames
+/// are many, and their pixels do not wait for the last one.
+pub fn take_state(
+    folder: &Folder,
+    name: &str,
+    suffix: &str,
+) -> Result<(PathBuf, Vec<u8>), AdapterError> {
+    let path = folder.file(&format!("{name}{suffix}.kept"));
+    let bytes = read_file(&path)?;
+    let _ = std::fs::remove_file(&path);
+    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.ppm")));
+    Ok((path, bytes))
+}
+
+/// Reads what POV-Ray wrote.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, AdapterError> {
+    std::fs::read(path).map_err(|error| AdapterError::BadOutput {
         program: "povray".into(),
         file: path.to_owned(),
         reason: format!("it cannot be read: {error}"),
-    }
+    })
 }
 
 fn bad(path: &Path, error: &dyn std::error::Error) -> AdapterError {

@@ -165,16 +165,24 @@ pub struct Shared<'a> {
 }
 
 impl<'a> Shared<'a> {
-    /// What some scenes share: all of a request have the same surroundings.
-    fn of(prototypes: &'a PrototypeTable, scenes: impl Iterator<Item = &'a Scene>) -> Self {
-        let mut shared = Self {
+    /// What frames share that place some instances, and nothing else.
+    pub fn placing(
+        prototypes: &'a PrototypeTable,
+        placed: impl Iterator<Item = &'a Instance>,
+    ) -> Self {
+        Self {
             prototypes,
-            used: BTreeSet::new(),
+            used: placed.map(|i| i.prototype).collect(),
             includes: &[],
             sky: None,
             looks: Looks::Written,
             settings: "",
-        };
+        }
+    }
+
+    /// What some scenes share: all of a request have the same surroundings.
+    fn of(prototypes: &'a PrototypeTable, scenes: impl Iterator<Item = &'a Scene>) -> Self {
+        let mut shared = Self::placing(prototypes, std::iter::empty());
         for (k, scene) in scenes.enumerate() {
             if k == 0 {
                 shared.includes = &scene.includes;
