@@ -7,6 +7,7 @@ use decor_api::{Layer, PictureFormat, Size, Window};
 use nix::time::ClockId;
 
 use super::sample::{BLOCK, Measured, Question, cpu_s};
+use crate::dissolve::Backdrop;
 use crate::frames::{Encoder, Ground};
 use crate::merge::merge;
 use crate::plan::{Costs, Pass};
@@ -56,16 +57,16 @@ fn of_layer(stage: &Stage, layer: &Layer) -> CoreCosts {
         format: PictureFormat::Png,
     };
     let pixels = size.pixels() as f64;
-    let ground = Ground::decor(layer, size, &encoder);
+    let ground = Ground::decor(layer, None, size, &encoder);
     CoreCosts {
         merge: Some(per_pixel(pixels, || {
-            std::hint::black_box(merge(layer, layer, layer, false));
+            std::hint::black_box(merge(Backdrop::plain(layer), layer, layer, false));
         })),
         encode: Some(per_pixel(pixels, || {
-            std::hint::black_box(Ground::decor(layer, size, &encoder));
+            std::hint::black_box(Ground::decor(layer, None, size, &encoder));
         })),
         write: Some(per_pixel(pixels, || {
-            let file = encoder.file(&ground, &[], Path::new("probe"));
+            let file = encoder.file(&ground, None, &[], Path::new("probe"));
             let _ = std::hint::black_box(file);
         })),
     }
