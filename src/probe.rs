@@ -165,10 +165,14 @@ pub fn cores() -> usize {
 /// What plain scenes cost with this renderer. One that runs in-process neither
 /// starts nor sleeps.
 fn built_in(stage: &Stage) -> Costs {
-    let mut costs = Costs::default();
+    // The adapter tells what a call with one picture takes, most of it sleep.
+    let overhead_s = stage.adapter.abilities().call_overhead_s.max(0.0);
+    let mut costs = Costs {
+        call_sleep_s: 0.6 * overhead_s,
+        picture_sleep_s: 0.33 * overhead_s,
+        ..Costs::default()
+    };
     if is_in_process(stage) {
-        costs.call_sleep_s = 0.0;
-        costs.picture_sleep_s = 0.0;
         costs.call_cpu_s = 0.0;
         costs.picture_cpu_s = 0.0;
         costs.canvas_pixel_s = 0.0;

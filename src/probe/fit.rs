@@ -66,6 +66,9 @@ fn calls(costs: &mut Costs, samples: &[&Measured]) {
     (costs.call_cpu_s, costs.picture_cpu_s) = line(|m| m.cpu_s);
 }
 
+/// The sleep that is believed, as a multiple of what the adapter says.
+const MOST_SLEEP: f64 = 1.4;
+
 /// How long calls sleep: the least of those with one picture, and of those with
 /// the most. What else waited for the cores is in all others.
 fn sleep(costs: &mut Costs, samples: &[Measured]) {
@@ -82,7 +85,12 @@ fn sleep(costs: &mut Costs, samples: &[Measured]) {
         return;
     };
     if most > 1.0 {
-        costs.picture_sleep_s = ((many - one) / (most - 1.0)).clamp(0.0, one);
+        // A machine that is busy with something else does not make the renderer
+        // sleep longer, it only seems so.
+        let (call, picture) = (costs.call_sleep_s, costs.picture_sleep_s);
+        let one = one.min(MOST_SLEEP * (call + picture));
+        let more = (many - one) / (most - 1.0);
+        costs.picture_sleep_s = more.clamp(0.0, one.min(MOST_SLEEP * picture));
         costs.call_sleep_s = one - costs.picture_sleep_s;
     }
 }
