@@ -90,7 +90,7 @@ fn the_hidden_shade_and_are_mirrored_but_are_not_seen() {
             painted(white(), plane(DVec3::Y, -1.0)),
             painted(mirror, plane(-DVec3::Z, -4.0)),
         ])
-        .lit(lamp(vec3(-5.0, 20.0, -8.0)))
+        .lit(lamp(vec3(-6.0, 5.0, -4.0)))
     };
     let mut whole = floor();
     whole.add(painted(white(), sphere(0.0, 0.5, 0.0, 1.0)), Pose::IDENTITY);
@@ -113,7 +113,7 @@ fn the_hidden_shade_and_are_mirrored_but_are_not_seen() {
             shown += 1;
         }
     }
-    assert!(shown > 100 && changed > 100, "{shown} {changed}");
+    assert!(shown > 100 && changed > 50, "{shown} {changed}");
 }
 
 #[test]
