@@ -12,6 +12,7 @@ mod core;
 mod fit;
 mod sample;
 
+use std::ops::Not;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -19,7 +20,7 @@ use decor_api::{AdapterError, RunContext};
 use serde::{Deserialize, Serialize};
 
 use crate::objects::Cache;
-use crate::plan::{Costs, CostsFrom, Plan, Price, Wishes, jobs, whole_work};
+use crate::plan::{Costs, CostsFrom, Mode, Plan, Price, Wishes, jobs, whole_work};
 use crate::stage::Stage;
 
 /// What a probe found.
@@ -86,12 +87,32 @@ pub fn probe(
 /// Where the renderer fails.
 pub fn measure(stage: &Stage, plan: &Plan, run: &RunContext) -> Result<Probed, AdapterError> {
     let started = Instant::now();
+    let other = sample::shows_layers(plan)
+        .not()
+        .then(|| layered(stage, plan));
+    let plan = other.as_ref().and_then(Option::as_ref).unwrap_or(plan);
     let samples = sample::samples(stage, plan);
     let measured = sample::render(stage, samples, run)?;
+    for one in &measured {
+        let sample = &one.sample;
+        tracing::debug!(
+            question = ?sample.question,
+            pictures = sample.pictures(),
+            pixels = sample.pixels,
+            covered = sample.covered,
+            instances = sample.parsed.instances,
+            bytes = sample.parsed.bytes,
+            wall_s = one.wall_s,
+            cpu_s = one.cpu_s,
+            own_s = one.own_s,
+            "probed"
+        );
+    }
     let mut costs = fit::costs(&measured, &built_in(stage));
     let (core, core_cpu_s) = core::measure(stage, &measured);
     core.put_into(&mut costs);
-    let calls_cpu_s: f64 = measured.iter().map(|sample| sample.cpu_s).sum();
+    tracing::debug!(?costs, "probe");
+    let calls_cpu_s: f64 = measured.iter().map(|one| one.cpu_s + one.own_s).sum();
     Ok(Probed {
         costs,
         from: CostsFrom::Probe,
@@ -100,6 +121,22 @@ pub fn measure(stage: &Stage, plan: &Plan, run: &RunContext) -> Result<Probed, A
             cpu_s: calls_cpu_s + core_cpu_s,
         },
     })
+}
+
+/// A plan that has layers, where there can be one: what they cost is of interest
+/// also where, by what is known so far, they are too dear.
+fn layered(stage: &Stage, plan: &Plan) -> Option<Plan> {
+    const PERIOD: u32 = 8;
+    if plan.wishes.mode == Mode::Full {
+        return None;
+    }
+    let wishes = Wishes {
+        period: plan.wishes.period.or(Some(PERIOD)),
+        fallback: false,
+        ..plan.wishes.clone()
+    };
+    let other = crate::plan::plan(stage, wishes).ok()?;
+    sample::shows_layers(&other).then_some(other)
 }
 
 /// Is a film worth probing: would rendering its frames one by one take many
@@ -128,13 +165,19 @@ pub fn cores() -> usize {
 /// What plain scenes cost with this renderer. One that runs in-process neither
 /// starts nor sleeps.
 fn built_in(stage: &Stage) -> Costs {
-    let mut costs = Costs::default();
+    // The adapter tells what a call with one picture takes, most of it sleep.
+    let overhead_s = stage.adapter.abilities().call_overhead_s.max(0.0);
+    let mut costs = Costs {
+        call_sleep_s: 0.6 * overhead_s,
+        picture_sleep_s: 0.33 * overhead_s,
+        ..Costs::default()
+    };
     if is_in_process(stage) {
-        costs.call_sleep_s = 0.0;
-        costs.picture_sleep_s = 0.0;
         costs.call_cpu_s = 0.0;
         costs.picture_cpu_s = 0.0;
         costs.canvas_pixel_s = 0.0;
+        costs.own_call_s = 0.0;
+        costs.own_pixel_s = 0.0;
     }
     costs
 }

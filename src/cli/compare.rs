@@ -12,6 +12,7 @@ use crate::compare::{
     with_causes, words,
 };
 use crate::frames::write_safely;
+use crate::report::html;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -98,6 +99,9 @@ pub struct CompareArgs {
     /// Write JUnit XML, a test case for each frame.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    /// Write a page with the numbers and the worst frames, to look at in a browser.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
     /// How the table is written.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -242,6 +246,9 @@ fn try_run(args: &CompareArgs, out: &mut dyn Write) -> Result<u8, Ended> {
     if let Some(path) = &args.junit {
         write_junit(path, &comparison, b)?;
     }
+    if let Some(path) = &args.html {
+        write_html(path, &comparison, a, b)?;
+    }
     let changes = if args.update && comparison.reason.is_none() {
         Some(update(&mut comparison, a, b))
     } else {
@@ -272,6 +279,25 @@ fn write_junit(path: &Path, comparison: &Comparison, frames: &Path) -> Result<()
     let name = frames.to_string_lossy();
     let xml = junit::xml(comparison, &name).map_err(|error| ended(Status::Write.code(), &error))?;
     write_safely(path, xml.as_bytes()).map_err(|error| ended(Status::Write.code(), &error))
+}
+
+/// Frames in the page: two pictures each, and the worst are what is looked for.
+const HTML_FRAMES: usize = 12;
+
+fn write_html(path: &Path, comparison: &Comparison, a: &Path, b: &Path) -> Result<(), Ended> {
+    let label = |side: &Path| side.to_string_lossy().into_owned();
+    let (plain, other) = (html::Run::read(&label(a), a), html::Run::read(&label(b), b));
+    let page = html::Page {
+        title: format!("{} against {}", label(b), label(a)),
+        comparison,
+        points: html::points(comparison, plain.as_ref(), other.as_ref()),
+        runs: plain.into_iter().chain(other).collect(),
+        frames: HTML_FRAMES,
+    };
+    let text = page
+        .html()
+        .map_err(|error| ended(Verdict::Unreadable.status(), &error))?;
+    write_safely(path, text.as_bytes()).map_err(|error| ended(Status::Write.code(), &error))
 }
 
 /// Replaces the references; where that changes any, the run has failed, so that

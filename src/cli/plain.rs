@@ -15,7 +15,7 @@ use super::progress::Progress;
 use super::{Failure, Status, print_json};
 use crate::animation::write_apng;
 use crate::frames::write_safely;
-use crate::plain::{Options, default_jobs, render};
+use crate::plain::{Options, most_jobs, render};
 use crate::plan::Mode;
 use crate::render::TracedPixels;
 use crate::report::Clock;
@@ -183,9 +183,10 @@ pub fn plan(film: &FilmArgs, wishes: &PlanWishes, json: bool) -> Result<Status, 
     let frames = wanted(film, &scene)?;
     let (first, last) = ends(&frames);
     let in_order = reason(&scene);
+    // At most; fewer where frames turn out to keep the cores busy.
     let jobs = match in_order {
         Some(_) => 1,
-        None => default_jobs(&scene, povray.abilities().jobs).min(frames.len()),
+        None => most_jobs(&scene, povray.abilities().jobs).min(frames.len()),
     };
     let plan = PlainPlan {
         film: film.film.display().to_string(),
@@ -276,10 +277,8 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
     }
     let options = Options {
         out: args.out.to_owned(),
-        jobs: args.jobs.map_or_else(
-            || default_jobs(&scene, povray.abilities().jobs),
-            usize::from,
-        ),
+        jobs: args.jobs.map(usize::from),
+        most: most_jobs(&scene, povray.abilities().jobs),
         keep: args.keep.map(Path::to_owned),
         timeout: args.film.timeout(),
         cancel,

@@ -1,6 +1,7 @@
 //! The room's tests: numbers computed by hand, and the files that come wrong.
 
 mod measuring;
+mod perceiving;
 mod reading;
 mod whole;
 

@@ -95,13 +95,14 @@ mod tests {
         (-range..range, -range..range, -range..range).prop_map(|(x, y, z)| DVec3::new(x, y, z))
     }
 
-    /// The least distance of `p` from the points of `at` over a grid of the unit
+    /// Never less than the truth, and more by little (a narrow valley is searched
+    /// across its grid): the least distance of `p` from the points of `at` over a grid of the unit
     /// square, made finer around the best.
     fn sampled(p: DVec3, at: impl Fn(f64, f64) -> DVec3) -> f64 {
         const STEPS: u32 = 24;
         let (mut low, mut size) = ([0.0, 0.0], 1.0);
         let mut best = f64::INFINITY;
-        for _ in 0..14 {
+        for _ in 0..32 {
             let mut found = low;
             for i in 0..=STEPS {
                 for j in 0..=STEPS {
@@ -113,7 +114,7 @@ mod tests {
                     }
                 }
             }
-            size /= 4.0;
+            size *= 0.6;
             low = found.map(|v: f64| (v - size / 2.0).clamp(0.0, 1.0));
         }
         best
@@ -134,7 +135,7 @@ mod tests {
                 a + (b - a) * s + (c - a) * t
             });
             let got = triangle_squared(p, a, b, c).sqrt();
-            prop_assert!((got - want).abs() < 1e-5, "{got} {want}");
+            prop_assert!(got < want + 1e-6 && got > want - 2e-3, "{got} {want}");
         }
 
         #[test]
@@ -150,7 +151,7 @@ mod tests {
             };
             let want = sampled(p, |s, t| a + (b - a) * s + d * (t * 60.0));
             let got = half_strip_squared(p, a, b, d).sqrt();
-            prop_assert!((got - want).abs() < 1e-4, "{got} {want}");
+            prop_assert!(got < want + 1e-6 && got > want - 2e-3, "{got} {want}");
         }
     }
 

@@ -347,20 +347,25 @@ mod tests {
             let aside = (off - direction * off.dot(direction)).normalize_or_zero();
             let angle = 2.0 * (0.5 * spread).asin() * share;
             let x = (direction * angle.cos() + aside * angle.sin()) * t;
-            let (kind, end) = match kind {
-                0 => (LightKind::Point, place),
+            let (place, kind, end) = match kind {
+                0 => (place, LightKind::Point, place),
                 1 => (
+                    place,
                     LightKind::Area { u: sides.0, v: sides.1, nu: 3, nv: 4 },
                     place + sides.0 * corner.0 + sides.1 * corner.1,
                 ),
                 _ => {
-                    // Where the ray of the sun through x comes from its plane.
+                    // Where the ray of the sun through x comes from its plane; behind
+                    // that there is no shadow: then the sun is moved back.
                     let towards = place + sides.0;
                     let back = (place - towards).normalize_or_zero();
                     let ahead = (place - x).dot(back);
-                    // Behind the plane there is no way, and no shadow.
-                    prop_assume!(ahead >= 0.0);
-                    (LightKind::Sun { towards }, x + back * ahead)
+                    let (place, ahead) = if ahead < 0.0 {
+                        (place + back * (1.0 - ahead), 1.0)
+                    } else {
+                        (place, ahead)
+                    };
+                    (place, LightKind::Sun { towards }, x + back * ahead)
                 }
             };
             let p = x + (end - x) * way;

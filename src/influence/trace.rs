@@ -69,9 +69,7 @@ pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
                 width: size.width,
                 height: SIDES[0].min(size.height - y),
             };
-            let all = tracer.everything();
-            let suspects = tracer.remaining(window, &all, true);
-            tracer.square(window, SIDES[0], &suspects, y, rows);
+            tracer.square(window, SIDES[0], &tracer.everything(), y, rows);
         });
     Mask::from_causes(size, causes)
 }
@@ -199,20 +197,8 @@ impl<'a> Tracer<'a> {
         }
         let range = self.range(window);
         let beam = self.beam(window, range);
-        let mut left = Suspects::default();
-        for &ball in &suspects.seen {
-            if self.shows(&beam, range, self.ball(ball, whole)) {
-                left.seen.push(ball);
-            }
-        }
-        if range.any {
-            for &(lamp, ball) in &suspects.casting {
-                if self.lamps[lamp as usize].may_be_blocked(self.ball(ball, whole), &beam) {
-                    left.casting.push((lamp, ball));
-                }
-            }
-        }
-        if !whole {
+        let left = self.reached(&beam, range, suspects, whole);
+        if !whole || left.is_empty() {
             return left;
         }
         let parts = |object: u32| self.wholes[object as usize].1.clone();
@@ -224,7 +210,25 @@ impl<'a> Tracer<'a> {
                 .flat_map(|&(lamp, o)| parts(o).map(move |part| (lamp, part)))
                 .collect(),
         };
-        self.remaining(window, &parts, false)
+        self.reached(&beam, range, &parts, false)
+    }
+
+    /// Who of `suspects` matters to a beam.
+    fn reached(&self, beam: &Beam, range: Range, suspects: &Suspects, whole: bool) -> Suspects {
+        let mut left = Suspects::default();
+        for &ball in &suspects.seen {
+            if self.shows(beam, range, self.ball(ball, whole)) {
+                left.seen.push(ball);
+            }
+        }
+        if range.any {
+            for &(lamp, ball) in &suspects.casting {
+                if self.lamps[lamp as usize].may_be_blocked(self.ball(ball, whole), beam) {
+                    left.casting.push((lamp, ball));
+                }
+            }
+        }
+        left
     }
 
     fn ball(&self, number: u32, whole: bool) -> &Sphere {
@@ -240,7 +244,8 @@ impl<'a> Tracer<'a> {
         beam.may_show(ball, range.any && !range.gap && !self.guesses())
     }
 
-    /// Marks the pixels of a window, which is cut into squares of `side`. `rows`
+    /// Marks the pixels of a window, which is cut into squares of `side`. At the
+    /// largest side, suspects are wholes; at smaller ones, parts. `rows`
     /// begin with the picture's row `top`.
     fn square(&self, window: Window, side: u32, suspects: &Suspects, top: u32, rows: &mut [u8]) {
         if suspects.is_empty() {
@@ -256,7 +261,7 @@ impl<'a> Tracer<'a> {
                     height: side,
                 };
                 let cell = cell.intersection(window);
-                let left = self.remaining(cell, suspects, false);
+                let left = self.remaining(cell, suspects, side == SIDES[0]);
                 match SIDES.iter().find(|smaller| **smaller < side) {
                     Some(&smaller) => self.square(cell, smaller, &left, top, rows),
                     None => self.pixels(cell, &left, top, rows),

@@ -1,24 +1,27 @@
 //! Plain POV-Ray animations: frame by frame through a pool of processes, or in
 //! order by one, where frames depend on each other.
 //!
-//! A process sleeps for most of a short call, so many run at once, each with one
-//! thread, each with a few frames that follow each other ([`queue`]). What they
+//! A process sleeps for most of a short call, so several run at once ([`pace`]),
+//! each with one thread, each with frames that follow each other ([`queue`]). What they
 //! write lies in their working folders until they have ended well and the
 //! pictures are whole; then it is renamed into place.
 
+mod pace;
 mod queue;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decor_api::{AdapterError, RunContext, Tally};
 use decor_povray::plain::{Order, Part, PlainScene};
 
 use crate::frames::write_safely;
 use crate::render::{RenderError, Watch, WorkFolder};
+use crate::report::Clock;
+use pace::Pace;
 use queue::Queue;
 
 /// How to render.
@@ -26,8 +29,10 @@ use queue::Queue;
 pub struct Options {
     /// Where frames go; it exists.
     pub out: PathBuf,
-    /// Processes at once.
-    pub jobs: usize,
+    /// Processes at once, if it was stated.
+    pub jobs: Option<usize>,
+    /// Processes at once, at most, where it was not.
+    pub most: usize,
     /// Where logs are kept, if anywhere.
     pub keep: Option<PathBuf>,
     /// How long one call may take.
@@ -49,10 +54,9 @@ pub struct Done {
     pub pictures: u64,
 }
 
-/// Processes at once, where nobody says otherwise: as many as the adapter says
-/// for small pictures. A large one keeps its core busy by itself: more processes
-/// would take turns, and memory.
-pub fn default_jobs(scene: &PlainScene, small_pictures: usize) -> usize {
+/// Processes at once, at most, where nobody says otherwise: as many as the
+/// adapter says for small pictures. A large one takes memory in each process.
+pub fn most_jobs(scene: &PlainScene, small_pictures: usize) -> usize {
     let pixels = u64::from(scene.size.0) * u64::from(scene.size.1);
     let jobs = match pixels {
         0..=0x8_0000 => small_pictures,
@@ -111,69 +115,79 @@ fn pool(delivery: &Delivery<'_>, run: &RunContext) -> Result<(), RenderError> {
     let options = delivery.options;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let frames = options.wanted.len();
-    let jobs = options.jobs.min(frames);
+    let (stated, most) = (options.jobs, options.most.min(frames));
     // Fewer frames than cores: the cores share a frame.
     let threads = if frames < cores { None } else { Some(1) };
-    let queue = Mutex::new(Queue::new(
-        &options.wanted,
-        delivery.scene.frames.step,
-        jobs,
-    ));
-    let failure: Mutex<Option<RenderError>> = Mutex::new(None);
-    // Thousandths of a second that a frame took, at the last look.
-    let frame_ms = AtomicU64::new(0);
-    let lock_queue = || queue.lock().unwrap_or_else(PoisonError::into_inner);
-    std::thread::scope(|scope| {
-        for worker in 0..jobs {
-            let (lock_queue, failure, frame_ms) = (&lock_queue, &failure, &frame_ms);
-            scope.spawn(move || {
-                loop {
-                    let ms = frame_ms.load(Ordering::Relaxed);
-                    if is_surplus(worker, cores, jobs, ms) || run.is_cancelled() {
-                        return;
-                    }
-                    let Some((first, last)) = lock_queue().take(ms) else {
-                        return;
-                    };
-                    let started = Instant::now();
-                    match delivery.part(
-                        Part {
-                            first,
-                            last,
-                            threads,
-                        },
-                        run,
-                    ) {
-                        Ok(count) => {
-                            let ms = started.elapsed().as_millis() as u64 / count.max(1);
-                            frame_ms.store(ms, Ordering::Relaxed);
-                        }
-                        Err(error) => {
-                            let mut kept = failure.lock().unwrap_or_else(PoisonError::into_inner);
-                            kept.get_or_insert(error);
-                            run.cancel.store(true, Ordering::Relaxed);
-                            return;
-                        }
-                    }
+    let clock = Clock::start();
+    let state = Mutex::new(State {
+        queue: Queue::new(&options.wanted, delivery.scene.frames.step),
+        pace: Pace::first(stated, most, cores),
+        done: 0,
+        failure: None,
+    });
+    let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
+    let work = |worker: usize| {
+        while !run.is_cancelled() {
+            let part = {
+                let mut state = lock();
+                if state.queue.is_empty() {
+                    return;
                 }
-            });
+                if worker < state.pace.processes {
+                    let pace = state.pace;
+                    state.queue.take(&pace)
+                } else {
+                    None
+                }
+            };
+            let Some((first, last)) = part else {
+                // Not needed now; perhaps when the first frames are done.
+                std::thread::sleep(IDLE);
+                continue;
+            };
+            let part = Part {
+                first,
+                last,
+                threads,
+            };
+            match delivery.part(part, run) {
+                Ok(count) => {
+                    let mut state = lock();
+                    state.done += count;
+                    let each_s = clock.cpu_s() / state.done as f64;
+                    state.pace = Pace::after(each_s, stated, most, cores);
+                }
+                Err(error) => {
+                    lock().failure.get_or_insert(error);
+                    run.cancel.store(true, Ordering::Relaxed);
+                }
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for worker in 0..stated.unwrap_or(most).min(frames) {
+            let work = &work;
+            scope.spawn(move || work(worker));
         }
     });
-    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+    let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    match state.failure {
         Some(error) => Err(error),
         None if run.is_cancelled() => Err(AdapterError::Cancelled.into()),
         None => Ok(()),
     }
 }
 
-/// Processes help while they sleep. Where a frame keeps a core busy for seconds,
-/// two a core fill the gaps, and further ones only take memory.
-fn is_surplus(worker: usize, cores: usize, jobs: usize, frame_ms: u64) -> bool {
-    const ASLEEP_MS: u64 = 400;
-    let at_once = jobs.div_ceil(cores).max(1) as u64;
-    // With so many at once a frame of no work at all would take this long.
-    let busy = frame_ms / at_once > 4 * ASLEEP_MS;
-    busy && worker >= 2 * cores
+/// Between two looks of a worker that is not needed.
+const IDLE: Duration = Duration::from_millis(20);
+
+/// What the workers share.
+struct State {
+    queue: Queue,
+    pace: Pace,
+    /// Frames that are in their places.
+    done: u64,
+    failure: Option<RenderError>,
 }
 
 /// Puts finished frames where they belong.

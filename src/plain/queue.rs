@@ -1,17 +1,19 @@
 //! Which frames a process takes next.
 //!
-//! A call costs about half a second before its first frame, most of it asleep,
-//! and some CPU: parts should be long. But nobody should wait for the last one:
-//! parts should be short at the end. So a process takes a share of what is left,
-//! less and less.
+//! A call costs half a second before its first frame, most of it asleep, and
+//! some CPU: parts should be long. But nobody should wait for the last one:
+//! parts should be short at the end. So the first parts are single frames, which
+//! tell what a frame costs, and the others a share of what is left.
 
 use std::collections::{BTreeSet, VecDeque};
+
+use super::pace::Pace;
 
 /// No part has more frames: an interrupted run loses no more than that.
 const LONGEST: usize = 64;
 
-/// No part takes much longer, in milliseconds.
-const LONGEST_MS: u64 = 60_000;
+/// No part takes much more CPU, in seconds.
+const LONGEST_S: f64 = 30.0;
 
 /// Frames that are still to be rendered.
 #[derive(Debug)]
@@ -19,14 +21,11 @@ pub struct Queue {
     /// Frames that follow each other.
     runs: VecDeque<VecDeque<u32>>,
     left: usize,
-    jobs: usize,
-    /// Parts that were taken.
-    taken: usize,
 }
 
 impl Queue {
-    /// These frames, from one to the next `step`, for so many processes.
-    pub fn new(wanted: &BTreeSet<u32>, step: u32, jobs: usize) -> Self {
+    /// These frames, from one to the next `step`.
+    pub fn new(wanted: &BTreeSet<u32>, step: u32) -> Self {
         let mut runs: VecDeque<VecDeque<u32>> = VecDeque::new();
         for &frame in wanted {
             match runs.back_mut() {
@@ -39,48 +38,35 @@ impl Queue {
         Self {
             runs,
             left: wanted.len(),
-            jobs: jobs.max(1),
-            taken: 0,
         }
     }
 
-    /// The first and the last frame of the next part; `frame_ms` is what a frame
-    /// took lately, 0 where that is not known.
-    pub fn take(&mut self, frame_ms: u64) -> Option<(u32, u32)> {
-        // The first round takes two thirds of all; then half a share each time.
-        let share = if self.taken < self.jobs {
-            let all = self.left_before_round();
-            (all * 2).div_ceil(self.jobs * 3)
-        } else {
-            self.left.div_ceil(self.jobs * 2)
-        };
-        let by_time = LONGEST_MS
-            .checked_div(frame_ms)
-            .map_or(LONGEST, |n| n as usize);
-        let count = share.min(LONGEST).min(by_time).max(1);
-        let run = self.runs.front_mut()?;
-        let first = run.pop_front()?;
-        let mut last = first;
-        for _ in 1..count {
-            match run.pop_front() {
-                Some(frame) => last = frame,
-                None => break,
+    /// Is nothing left?
+    pub fn is_empty(&self) -> bool {
+        self.left == 0
+    }
+
+    /// The first and the last frame of the next part.
+    pub fn take(&mut self, pace: &Pace) -> Option<(u32, u32)> {
+        let count = match pace.frame_cpu_s {
+            None => 1,
+            Some(cpu_s) => {
+                // Two thirds of a share: about half of all in the first round.
+                let share = (self.left * 2).div_ceil(pace.processes * 3);
+                let by_time = LONGEST_S / cpu_s.max(1e-3);
+                share
+                    .max(pace.shortest())
+                    .min(LONGEST)
+                    .min(by_time as usize)
             }
-            self.left -= 1;
-        }
-        self.left -= 1;
-        self.taken += 1;
+        };
+        let run = self.runs.front_mut()?;
+        let part: Vec<u32> = run.drain(..count.clamp(1, run.len())).collect();
+        self.left -= part.len();
         if run.is_empty() {
             self.runs.pop_front();
         }
-        Some((first, last))
-    }
-
-    /// All frames, as far as the first round is concerned.
-    fn left_before_round(&self) -> usize {
-        // Each part of the round has taken two thirds of a share.
-        let rest = 3 * self.jobs - 2 * self.taken;
-        self.left * 3 * self.jobs / rest.max(1)
+        Some((*part.first()?, *part.last()?))
     }
 }
 
@@ -89,29 +75,42 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn all_parts(wanted: &BTreeSet<u32>, step: u32, jobs: usize) -> Vec<(u32, u32)> {
-        let mut queue = Queue::new(wanted, step, jobs);
-        std::iter::from_fn(|| queue.take(0)).collect()
+    fn all_parts(wanted: &BTreeSet<u32>, step: u32, pace: &Pace) -> Vec<(u32, u32)> {
+        let mut queue = Queue::new(wanted, step);
+        let parts = std::iter::from_fn(|| queue.take(pace)).collect();
+        assert!(queue.is_empty());
+        parts
+    }
+
+    fn pace(processes: usize, frame_cpu_s: Option<f64>) -> Pace {
+        Pace {
+            processes,
+            frame_cpu_s,
+        }
     }
 
     #[test]
     fn parts_shrink_towards_the_end() {
-        let parts = all_parts(&(1..=400).collect(), 1, 8);
+        let parts = all_parts(&(1..=400).collect(), 1, &pace(8, Some(1.0)));
         let lengths: Vec<u32> = parts.iter().map(|(a, b)| b - a + 1).collect();
         assert!(lengths[0] >= 30, "{lengths:?}");
         assert_eq!(lengths.last(), Some(&1));
         assert!(
-            lengths.windows(2).skip(8).all(|pair| pair[0] >= pair[1]),
+            lengths.windows(2).all(|pair| pair[0] >= pair[1]),
             "{lengths:?}"
         );
         assert!(lengths.len() < 60, "{lengths:?}");
     }
 
     #[test]
-    fn slow_frames_make_short_parts() {
-        let mut queue = Queue::new(&(1..=400).collect(), 1, 2);
-        let (first, last) = queue.take(30_000).unwrap();
-        assert_eq!(last - first + 1, 2);
+    fn slow_frames_make_short_parts_and_unknown_ones_single_frames() {
+        let length = |cpu_s| {
+            let parts = all_parts(&(1..=400).collect(), 1, &pace(2, cpu_s));
+            parts[0].1 - parts[0].0 + 1
+        };
+        assert_eq!(length(Some(15.0)), 2);
+        assert_eq!(length(Some(100.0)), 1);
+        assert_eq!(length(None), 1);
     }
 
     proptest! {
@@ -119,11 +118,12 @@ mod tests {
         fn every_frame_is_in_one_part(
             numbers in prop::collection::btree_set(0_u32..300, 0..200),
             step in 1_u32..4,
-            jobs in 1_usize..20,
+            processes in 1_usize..20,
+            cpu_s in prop::option::of(0.0_f64..20.0),
         ) {
             let wanted: BTreeSet<u32> = numbers.into_iter().map(|n| n * step).collect();
             let mut seen = Vec::new();
-            for (first, last) in all_parts(&wanted, step, jobs) {
+            for (first, last) in all_parts(&wanted, step, &pace(processes, cpu_s)) {
                 seen.extend((first..=last).step_by(step as usize));
             }
             prop_assert_eq!(seen, wanted.into_iter().collect::<Vec<_>>());

@@ -22,7 +22,7 @@ pub use work::{FrameWork, Parsed, Pass, PassTotal, Picture, Seen, Survey, Work};
 use super::{Plan, Wishes};
 use crate::stage::Stage;
 
-/// What a pixel costs, in seconds of CPU: tracing it, and reading it back.
+/// What tracing a pixel costs, in seconds of CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PixelCost {
     /// Any pixel.
@@ -76,6 +76,10 @@ pub struct Costs {
     pub fast: PixelCost,
     /// Their depth.
     pub fast_depth: PixelCost,
+    /// decor: a call is prepared, its process started.
+    pub own_call_s: f64,
+    /// decor: a pixel is read back from the renderer.
+    pub own_pixel_s: f64,
     /// decor: a pixel of a merge.
     pub merge_pixel_s: f64,
     /// decor: a pixel encoded as the file's colour.
@@ -110,9 +114,11 @@ impl Default for Costs {
                 any_s: 2.5e-7,
                 covered_s: 2e-7,
             },
-            merge_pixel_s: 1e-8,
-            encode_pixel_s: 2e-8,
-            write_pixel_s: 2e-8,
+            own_call_s: 2e-3,
+            own_pixel_s: 2e-8,
+            merge_pixel_s: 4e-9,
+            encode_pixel_s: 3e-8,
+            write_pixel_s: 1e-8,
         }
     }
 }

@@ -13,8 +13,11 @@ pub fn costs(samples: &[Measured], known: &Costs) -> Costs {
         those.collect()
     };
     calls(&mut costs, &of(Question::Empty));
+    sleep(&mut costs, samples);
+    own(&mut costs, samples);
     if let [canvas] = of(Question::Canvas)[..] {
-        let rest = canvas.cpu_s - costs.call_cpu_s - costs.picture_cpu_s;
+        let pictures = costs.picture_cpu_s * canvas.sample.pictures();
+        let rest = canvas.cpu_s - costs.call_cpu_s - pictures;
         costs.canvas_pixel_s = (rest / canvas.sample.canvas).max(0.0);
     }
     reading(&mut costs, &of(Question::Read));
@@ -61,7 +64,62 @@ fn calls(costs: &mut Costs, samples: &[&Measured]) {
         (start, slope)
     };
     (costs.call_cpu_s, costs.picture_cpu_s) = line(|m| m.cpu_s);
-    (costs.call_sleep_s, costs.picture_sleep_s) = line(|m| (m.wall_s - m.cpu_s).max(0.0));
+}
+
+/// The sleep that is believed, as a multiple of what the adapter says.
+const MOST_SLEEP: f64 = 1.4;
+
+/// How long calls sleep: the least of those with one picture, and of those with
+/// the most. What else waited for the cores is in all others.
+fn sleep(costs: &mut Costs, samples: &[Measured]) {
+    let least = |pictures: f64| {
+        let those = samples.iter().filter(|m| m.sample.pictures() == pictures);
+        let waits = those.map(|m| (m.wall_s - m.cpu_s - m.own_s).max(0.0));
+        waits.min_by(f64::total_cmp)
+    };
+    let most = samples
+        .iter()
+        .map(|m| m.sample.pictures())
+        .fold(0.0, f64::max);
+    let (Some(one), Some(many)) = (least(1.0), least(most)) else {
+        return;
+    };
+    if most > 1.0 {
+        // A machine that is busy with something else does not make the renderer
+        // sleep longer, it only seems so.
+        let (call, picture) = (costs.call_sleep_s, costs.picture_sleep_s);
+        let one = one.min(MOST_SLEEP * (call + picture));
+        let more = (many - one) / (most - 1.0);
+        costs.picture_sleep_s = more.clamp(0.0, one.min(MOST_SLEEP * picture));
+        costs.call_sleep_s = one - costs.picture_sleep_s;
+    }
+}
+
+/// decor's own part in the calls: per call in those of an empty scene, per pixel
+/// in the others.
+fn own(costs: &mut Costs, samples: &[Measured]) {
+    let (mut calls, mut calls_s) = (0.0, 0.0);
+    for measured in samples
+        .iter()
+        .filter(|m| m.sample.question == Question::Empty)
+    {
+        calls += 1.0;
+        calls_s += measured.own_s;
+    }
+    if calls == 0.0 {
+        return;
+    }
+    costs.own_call_s = calls_s / calls;
+    let (mut pixels, mut pixels_s) = (0.0, 0.0);
+    for measured in samples {
+        if matches!(measured.sample.question, Question::Pixels(_)) {
+            pixels += measured.sample.pixels;
+            pixels_s += measured.own_s - costs.own_call_s;
+        }
+    }
+    if pixels > 0.0 {
+        costs.own_pixel_s = (pixels_s / pixels).max(0.0);
+    }
 }
 
 /// A call that reads the whole scene and draws next to nothing: what it costs
@@ -104,7 +162,7 @@ fn pixels(costs: &Costs, samples: &[&Measured], known: PixelCost) -> PixelCost {
 
 /// Two parts of the picture are far apart where their shares of covered pixels
 /// differ so much.
-const FAR_APART: f64 = 0.15;
+const FAR_APART: f64 = 0.1;
 
 fn pixel_cost(told: &[(f64, f64, f64)], known: PixelCost) -> PixelCost {
     let expected: f64 = told.iter().map(|&(p, c, _)| known.of(p, c)).sum();

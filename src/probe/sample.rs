@@ -16,17 +16,18 @@ use crate::stage::Stage;
 pub const BLOCK: u32 = 32;
 
 /// Pixels of a sample, at least, where the picture has them.
-pub const PIXELS: f64 = 16_384.0;
+pub const PIXELS: f64 = 32_768.0;
 
 /// At most: more would not be more exact than the rest is.
-const MOST_PIXELS: f64 = 49_152.0;
+const MOST_PIXELS: f64 = 65_536.0;
 
 /// The share of the film's pixels that a sample may have.
-const SHARE: f64 = 0.003;
+const SHARE: f64 = 0.004;
 
 /// Blocks are picked out of a picture of full size where that is not much
-/// larger than what is picked; windows elsewhere.
-const CANVAS_RATIO: f64 = 6.0;
+/// larger than what is picked; windows elsewhere: what the rest of the picture
+/// costs is known too roughly to be taken off.
+const CANVAS_RATIO: f64 = 3.0;
 
 /// What a call is there to tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,8 +64,11 @@ pub struct Measured {
     pub sample: Sample,
     /// Seconds on the clock; other calls ran beside it.
     pub wall_s: f64,
-    /// Seconds of CPU of the call alone.
+    /// Seconds of CPU of the renderer, for this call alone.
     pub cpu_s: f64,
+    /// Seconds of CPU of decor for it: writing the scene, reading the pixels.
+    /// A renderer in-process has both in one.
+    pub own_s: f64,
     pub layers: Vec<Layer>,
 }
 
@@ -136,15 +140,22 @@ pub fn samples(stage: &Stage, plan: &Plan) -> Vec<Sample> {
     samples
 }
 
+/// Does a plan have a fast layer to look at?
+pub fn shows_layers(plan: &Plan) -> bool {
+    representative(plan).is_some_and(|period| says(period).0)
+}
+
+/// Has a period a fast layer in its middle, and a décor?
+fn says(period: &Period) -> (bool, bool) {
+    let middle = &period.frames[period.frames.len() / 2];
+    let layered = matches!(middle, FramePlan::Layered { fast, .. } if !fast.is_empty());
+    (layered, period.whole.is_none())
+}
+
 /// The period that says most: with a décor and a fast layer in its middle,
 /// where there is one; of these, the one in the middle of the film.
 fn representative(plan: &Plan) -> Option<&Period> {
-    let says = |period: &&Period| {
-        let middle = &period.frames[period.frames.len() / 2];
-        let layered = matches!(middle, FramePlan::Layered { fast, .. } if !fast.is_empty());
-        (layered, period.whole.is_none())
-    };
-    let most = plan.periods.iter().map(|p| says(&p)).max()?;
+    let most = plan.periods.iter().map(says).max()?;
     let those: Vec<&Period> = plan.periods.iter().filter(|p| says(p) == most).collect();
     those.get(those.len() / 2).copied()
 }
@@ -242,22 +253,31 @@ impl Asker<'_> {
     fn canvas(&self, empty: &Arc<Scene>, corner: Window) -> Sample {
         let number = corner.y / BLOCK * self.columns() + corner.x / BLOCK;
         let nothing = Seen::nothing(self.stage.size());
-        self.blocks(Question::Canvas, &nothing, empty, vec![number])
+        let mut sample = self.blocks(Question::Canvas, &nothing, empty, vec![number]);
+        // Twice: less depends on chance.
+        sample.shots.push(sample.shots[0].clone());
+        sample.pixels *= 2.0;
+        sample.canvas *= 2.0;
+        sample
     }
 
     /// Some of the pixels of a pass: from the fuller half of its blocks, and
-    /// from the emptier one.
+    /// from the emptier one. Fast layers are windows in a plan, too.
     fn pixels(&self, pass: Pass, seen: &Seen, scene: &Arc<Scene>, blocks: &[u32]) -> Vec<Sample> {
         let question = Question::Pixels(pass);
         let coverage = seen.coverage();
         let mut by_share = blocks.to_vec();
         by_share.sort_by(|a, b| coverage.share(*b).total_cmp(&coverage.share(*a)));
-        let (full, empty) = by_share.split_at(by_share.len().div_ceil(2));
+        // The quarter that is fullest, but enough of it; and the emptier half.
+        let enough = (self.wanted / f64::from(BLOCK * BLOCK)).ceil() as usize;
+        let half = by_share.len().div_ceil(2);
+        let full = &by_share[..half.min(enough.max(by_share.len() / 4))];
+        let empty = &by_share[half..];
         [full, empty]
             .into_iter()
             .filter(|half| !half.is_empty())
             .map(|half| {
-                if self.by_blocks {
+                if self.by_blocks && !pass.is_fast() {
                     self.blocks(question, seen, scene, self.spread(half))
                 } else {
                     let windows = self.squares(half, coverage);
@@ -394,8 +414,15 @@ fn call(
     let started = Instant::now();
     let before = cpu_s(clock);
     let layers = stage.adapter.render(&request, &run)?;
+    let here_s = cpu_s(clock) - before;
+    let (cpu_s, own_s) = if super::is_in_process(stage) {
+        (here_s, 0.0)
+    } else {
+        (tally.cpu().as_secs_f64(), here_s)
+    };
     Ok(Measured {
-        cpu_s: cpu_s(clock) - before + tally.cpu().as_secs_f64(),
+        cpu_s,
+        own_s,
         wall_s: started.elapsed().as_secs_f64(),
         sample,
         layers,

@@ -1,6 +1,7 @@
 //! What was done and why: JSON for programs, a diagram for people.
 
 pub mod diagram;
+pub mod html;
 mod summary;
 
 pub use summary::{Clock, ObjectCounts, PeriodSummary, Summary, period_summaries};

@@ -11,8 +11,8 @@ pub const SKIES: &[&str] = &[
     "fog { distance 25 rgb <0.7,0.7,0.8> }\nbackground { rgb <0.7,0.7,0.8> }\n",
 ];
 
-/// POV-Ray fragments, opaque and not.
-pub const FRAGMENTS: [(&str, &str); 14] = [
+/// Opaque POV-Ray fragments.
+pub const FRAGMENTS: [(&str, &str); 11] = [
     (
         "plain.inc",
         "#declare S = 0.8;\nbox { -S, S pigment { rgb <0.8,0.3,0.2> } finish { phong 0.6 } }\n",
@@ -24,18 +24,6 @@ pub const FRAGMENTS: [(&str, &str); 14] = [
     (
         "bored.inc",
         "difference { sphere { 0, 1 } cylinder { -2*x, 2*x, 0.5 } cylinder { -2*y, 2*y, 0.4 pigment { rgb y } } pigment { rgb <0.9,0.9,0.2> } }\n",
-    ),
-    (
-        "glass.inc",
-        "sphere { 0, 0.9 pigment { rgbt <0.9,1,0.9,0.8> } finish { phong 1 } interior { ior 1.4 } }\n",
-    ),
-    (
-        "pane.inc",
-        "box { <-1.1,-0.9,-0.05>, <1.1,0.9,0.05> pigment { rgbf <0.9,0.4,0.3,0.7> } }\n",
-    ),
-    (
-        "mirror.inc",
-        "cylinder { -y, y, 0.7 pigment { rgb 0.2 } finish { reflection 0.7 } }\n",
     ),
     (
         "cloud.inc",
@@ -68,8 +56,8 @@ pub const FRAGMENTS: [(&str, &str); 14] = [
     ),
 ];
 
-/// Neutral solids, opaque and not.
-pub const SOLIDS: [(&str, &str); 8] = [
+/// Opaque neutral solids.
+pub const SOLIDS: [(&str, &str); 6] = [
     (
         "ball.ron",
         "material((colour: (0.2, 0.7, 0.3), phong: (amount: 0.5, size: 30)), sphere(radius: 1))",
@@ -77,14 +65,6 @@ pub const SOLIDS: [(&str, &str); 8] = [
     (
         "ring.ron",
         "difference(cylinder(base: (0, -0.3, 0), cap: (0, 0.3, 0), radius: 1), [cylinder(base: (0, -1, 0), cap: (0, 1, 0), radius: 0.6)])",
-    ),
-    (
-        "jewel.ron",
-        "material((colour: (0.9, 0.2, 0.3), transmission: 0.7, ior: 1.5), intersection([sphere(radius: 1), box(min: (-0.7, -0.7, -0.7), max: (0.7, 0.7, 0.7))]))",
-    ),
-    (
-        "chrome.ron",
-        "material((colour: (0.5, 0.5, 0.5), diffuse: 0.2, reflection: 0.75, phong: (amount: 0.9, size: 80)), sphere(radius: 0.8))",
     ),
     (
         "hoop.ron",
@@ -99,6 +79,30 @@ pub const SOLIDS: [(&str, &str); 8] = [
         "material((colour: (0.7, 0.6, 0.5), specular: (amount: 0.4, roughness: 0.05)), scale((1.2, 0.5, 0.8), rotate((0, 30, 0), box(min: (-0.7, -0.7, -0.7), max: (0.7, 0.7, 0.7)))))",
     ),
     ("wall.ron", "box(min: (-3, -1, -0.2), max: (3, 2, 0.2))"),
+];
+
+/// What mirrors or lets light through, fragments and solids.
+pub const OPTICAL: [(&str, &str); 5] = [
+    (
+        "glass.inc",
+        "sphere { 0, 0.9 pigment { rgbt <0.9,1,0.9,0.8> } finish { phong 1 } interior { ior 1.4 } }\n",
+    ),
+    (
+        "pane.inc",
+        "box { <-1.1,-0.9,-0.05>, <1.1,0.9,0.05> pigment { rgbf <0.9,0.4,0.3,0.7> } }\n",
+    ),
+    (
+        "mirror.inc",
+        "cylinder { -y, y, 0.7 pigment { rgb 0.2 } finish { reflection 0.7 } }\n",
+    ),
+    (
+        "jewel.ron",
+        "material((colour: (0.9, 0.2, 0.3), transmission: 0.7, ior: 1.5), intersection([sphere(radius: 1), box(min: (-0.7, -0.7, -0.7), max: (0.7, 0.7, 0.7))]))",
+    ),
+    (
+        "chrome.ron",
+        "material((colour: (0.5, 0.5, 0.5), diffuse: 0.2, reflection: 0.75, phong: (amount: 0.9, size: 80)), sphere(radius: 0.8))",
+    ),
 ];
 
 /// Grounds: they lie still, level, under everything.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::dice::Dice;
-use super::objects::{FRAGMENTS, GROUNDS, NAMES, SKIES, SOLIDS};
+use super::objects::{FRAGMENTS, GROUNDS, NAMES, OPTICAL, SKIES, SOLIDS};
 
 /// The first frame of every random film.
 pub const FIRST_FRAME: u32 = 3;
@@ -44,7 +44,8 @@ impl RandomFilm {
     /// Writes `film.anim` and its objects into `folder`.
     pub fn write(dice: &mut Dice, wanted: Wanted, folder: &Path) -> Self {
         let save = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
-        for (name, text) in FRAGMENTS.iter().chain(&SOLIDS).chain(&GROUNDS) {
+        let all = FRAGMENTS.iter().chain(&SOLIDS);
+        for (name, text) in all.chain(&OPTICAL).chain(&GROUNDS) {
             save(name, text);
         }
         save("names.inc", NAMES);
@@ -52,8 +53,8 @@ impl RandomFilm {
             shadows: wanted.shadows.unwrap_or_else(|| dice.chance(80)),
             observer_still: wanted.observer_still.unwrap_or_else(|| dice.chance(70)),
             antialias: wanted.antialias.unwrap_or_else(|| dice.chance(50)),
-            width: odd_size(dice, 60, 130),
-            height: odd_size(dice, 50, 90),
+            width: odd_size(dice, 60, 200),
+            height: odd_size(dice, 50, 140),
             lights: 1 + dice.below(3),
         };
         let mut text = format!("@{FIRST_FRAME}\n");
@@ -93,7 +94,7 @@ impl RandomFilm {
             eye_way = format!("  {}", dice.place(step, step, (-0.1, 0.3)));
             aim_way = format!("  {}", dice.place(step, step, step));
         }
-        let eye = dice.place((-3.0, 3.0), (1.0, 4.0), (-12.0, -7.0));
+        let eye = dice.place((-3.0, 3.0), (1.0, 4.0), (-18.0, -7.0));
         let _ = write!(
             text,
             "*eye {eye}{eye_way}\n*aim 0 0.5 0{aim_way}\n*angles {} {}\n\
@@ -159,13 +160,18 @@ fn odd_size(dice: &mut Dice, low: u64, range: u64) -> u64 {
 /// The lines of the objects: at least one moves, and one does not.
 fn objects(dice: &mut Dice) -> Vec<String> {
     let mut lines = Vec::new();
+    // In a busy film almost everything changes; in a quiet one most stays, so
+    // that what was kept is put to the test.
+    let busy = dice.chance(40);
     if dice.chance(75) {
         let (path, _) = dice.pick(&GROUNDS);
         let height = dice.within(-1.5, -0.5);
         lines.push(format!("!{path} 0 {height} 0 0 0 0 name=ground\n"));
     }
     for k in 0..4 + dice.below(6) {
-        let path = if dice.chance(45) {
+        let path = if dice.chance(if busy { 35 } else { 5 }) {
+            dice.pick(&OPTICAL).0
+        } else if dice.chance(45) {
             dice.pick(&SOLIDS).0
         } else {
             dice.pick(&FRAGMENTS).0
@@ -176,7 +182,7 @@ fn objects(dice: &mut Dice) -> Vec<String> {
         let moves = match k {
             0 => true,
             1 => false,
-            _ => dice.chance(35),
+            _ => dice.chance(if busy { 40 } else { 10 }),
         };
         if moves {
             // Large steps and small ones; some only turn.

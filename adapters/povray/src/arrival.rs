@@ -5,11 +5,14 @@
 //! Many frames and lights go into one call, one frame of the call each. The
 //! picture is a list of rays, row by row; its first row repeats the second one
 //! and is left out.
+//!
+//! Caustics make more than all of a light arrive; read from 16-bit pictures,
+//! which end at 1, that is lost.
 
 use decor_api::process::ProcessCall;
 use decor_api::{
     AdapterError, ArrivalRequest, ArrivalShot, Bounds, Instance, Light, LightKind, NativeFile,
-    PrototypeTable, Rgb, RunContext, SceneText, Size, Window,
+    PrototypeTable, Rgb, RunContext, SceneText, Size, SurfacePoint, Window,
 };
 use glam::DVec3;
 use std::path::Path;
@@ -30,11 +33,11 @@ const WIDEST: u32 = 1024;
 const NAME: &str = "arrival";
 
 /// A shot that POV-Ray has to be asked about.
-struct Asked<'r> {
+struct Asked {
     /// Its number in the request.
     shot: usize,
     frame: u32,
-    casters: &'r [Instance],
+    casters: Vec<Instance>,
     light: Light,
     receivers: Receivers,
 }
@@ -42,7 +45,7 @@ struct Asked<'r> {
 /// A request as POV-Ray is asked it.
 pub struct Arrival<'r> {
     request: &'r ArrivalRequest<'r>,
-    asked: Vec<Asked<'r>>,
+    asked: Vec<Asked>,
 }
 
 impl<'r> Arrival<'r> {
@@ -50,18 +53,18 @@ impl<'r> Arrival<'r> {
     pub fn new(request: &'r ArrivalRequest<'r>) -> Self {
         let mut asked = Vec::new();
         for (shot, one) in request.shots.iter().enumerate() {
-            let light = bare(&one.light);
-            let outside = outside(request.prototypes, one);
             if one.casters.is_empty() {
                 continue;
             }
-            let receivers = Receivers::of(&one.light, &one.points, outside);
+            let near = brought_near(one);
+            let outside = outside(request.prototypes, &near);
+            let receivers = Receivers::of(&near.light, &near.points, outside);
             if !receivers.rays.is_empty() {
                 asked.push(Asked {
                     shot,
                     frame: one.frame,
-                    casters: &one.casters,
-                    light,
+                    casters: near.casters.to_vec(),
+                    light: bare(&near.light),
                     receivers,
                 });
             }
@@ -75,12 +78,12 @@ impl<'r> Arrival<'r> {
         let shared = Shared {
             includes: self.request.includes,
             settings: WHITE,
-            ..Shared::placing(prototypes, self.asked.iter().flat_map(|a| a.casters))
+            ..Shared::placing(prototypes, self.asked.iter().flat_map(|a| &a.casters))
         };
         let frames = self.asked.iter().map(|asked| {
             let mut text = asked.receivers.text.clone();
             text.push_str(&light::light(&asked.light));
-            text.push_str(&placed_all(prototypes, asked.casters, "no_image"));
+            text.push_str(&placed_all(prototypes, &asked.casters, "no_image"));
             text
         });
         writer.files(&shared, frames.collect(), self.numbering())
@@ -219,6 +222,42 @@ impl<'r> Arrival<'r> {
     }
 }
 
+/// Farther from the origin than this, a shot is brought near.
+const FAR: f64 = 1e4;
+
+/// The same shot about the origin, where its points lie far from it: POV-Ray's
+/// bounding boxes are in single precision, and 1e6 units away it met no small
+/// mesh at all.
+fn brought_near(shot: &ArrivalShot) -> ArrivalShot {
+    let points = || shot.points.iter().map(|p| p.position);
+    let there = || points().filter(|p| p.is_finite());
+    let (low, high) = there().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+        (low.min(p), high.max(p))
+    });
+    let mut near = shot.clone();
+    // Nothing is there, or it is near: the differences below would only round.
+    if there().next().is_none() || low.abs().max(high.abs()).max_element() < FAR {
+        return near;
+    }
+    let origin = (low * 0.5 + high * 0.5).round();
+    near.light.position -= origin;
+    if let LightKind::Sun { towards } | LightKind::Spot { towards, .. } = &mut near.light.kind {
+        *towards -= origin;
+    }
+    let moved = |caster: &Instance| {
+        let mut caster = *caster;
+        caster.pose.position -= origin;
+        caster
+    };
+    near.casters = shot.casters.iter().map(moved).collect();
+    let moved = |point: &SurfacePoint| SurfacePoint {
+        position: point.position - origin,
+        ..*point
+    };
+    near.points = shot.points.iter().map(moved).collect();
+    near
+}
+
 /// The light as its shadows need it: white, and as bright far away as near. Its
 /// cone does not matter: only points inside are asked about.
 fn bare(light: &Light) -> Light {
@@ -264,7 +303,7 @@ fn fraction(pixel: [f32; 4], cosine: f64, source: LayerSource) -> [f32; 3] {
     })
 }
 
-fn describe(asked: &[Asked<'_>]) -> String {
+fn describe(asked: &[Asked]) -> String {
     let frames = asked.iter().map(|a| a.frame);
     match (frames.clone().min(), frames.max()) {
         (Some(first), Some(last)) if first != last => {

@@ -17,6 +17,7 @@
 mod arrival;
 mod call;
 pub mod camera;
+mod colours;
 pub mod depth;
 pub mod encode;
 mod health;

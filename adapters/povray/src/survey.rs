@@ -10,7 +10,8 @@ use std::path::Path;
 
 use decor_api::{AdapterError, NativeFile, Optics};
 
-use crate::sources::{Library, LibraryWords, Tree, definitions, tree};
+use crate::colours;
+use crate::sources::{Definitions, Library, LibraryWords, Tree, definitions, tree};
 use crate::tokens::{Kind, Token, tokens};
 
 /// Words that make a pixel depend on what lies behind or around; and `crand`,
@@ -165,10 +166,14 @@ fn optical(
     // Follow the names into the film's declarations and POV-Ray's library.
     let mut known: HashMap<String, HashSet<String>> = HashMap::new();
     let mut sources: Vec<_> = tree.library.clone();
+    let mut colour_names: HashSet<String> = HashSet::new();
+    let mut summed: Vec<Vec<u8>> = Vec::new();
     for include in film_includes {
         let included = crate::sources::tree(include, library);
         for (_, text) in &included.own {
             definitions(text, &mut known);
+            colours::declared(&tokens(text), &mut colour_names);
+            summed.push(text.clone());
         }
         if let Some(lost) = included.lost.first() {
             return Some(format!("{} includes {lost}", name_of(&include.path)));
@@ -179,6 +184,38 @@ fn optical(
         .iter()
         .map(|p| library_words.of(p, library))
         .collect();
+    for (_, text) in &tree.own {
+        colours::declared(&tokens(text), &mut colour_names);
+    }
+    let is_colour = |name: &str| {
+        let words = |m: &Definitions| {
+            let words = m.get(name)?;
+            Some(colours::is_colour(words.iter().map(String::as_str)))
+        };
+        colour_names.contains(name) || from_library.iter().any(|m| words(m) == Some(true))
+    };
+    for (path, text) in &tree.own {
+        if let Some(t) = colours::sum_with_number(&tokens(text), is_colour) {
+            let place = format!("{} line {}", name_of(path), t.line);
+            return Some(format!("a number added to `{}` in {place}", t.text()));
+        }
+    }
+    for text in &summed {
+        // Whoever uses the name in whose declaration the sum stands.
+        let found = tokens(text);
+        if let Some(t) = colours::sum_with_number(&found, is_colour) {
+            let before = found.windows(2).filter(|pair| pair[1].start <= t.start);
+            let declares = |pair: &&[Token<'_>]| {
+                ["#declare", "#local", "#macro"]
+                    .iter()
+                    .any(|d| pair[0].is(d))
+            };
+            if let Some(pair) = before.filter(declares).last() {
+                let words = known.entry(pair[1].text().into_owned()).or_default();
+                words.insert("transmit".to_owned());
+            }
+        }
+    }
     let mut seen: HashSet<String> = HashSet::new();
     let mut via: HashMap<String, String> = HashMap::new();
     while let Some(name) = open.pop() {
@@ -521,6 +558,36 @@ mod tests {
             ask("box { 0, 1 texture { Bright } }"),
             Optics::Optical("`Bright` may have `reflection`".into())
         );
+    }
+
+    #[test]
+    fn a_number_added_to_a_colour_lets_light_through() {
+        let declarations = file(
+            "#declare Own = color rgb <1,0,0>; #declare Dim = Own*0.5; #declare Size = 2;\n\
+             #declare Milky = Own*0.5+0.2;",
+        );
+        let ask = |text: &str| {
+            fragment(
+                &file(text),
+                std::slice::from_ref(&declarations),
+                &Library::default(),
+                &LibraryWords::default(),
+            )
+            .optics
+        };
+        for text in [
+            "box { 0, Size+1 pigment { Dim*0.5 } }",
+            "box { 0, 1 pigment { rgb <1,1,1>*0.5+0.1 } translate Size-2 }",
+        ] {
+            assert_eq!(ask(text), Optics::Opaque, "{text}");
+        }
+        for text in [
+            "box { 0, 1 pigment { Own*0.5+0.2 } }",
+            "box { 0, 1 pigment { color Dim-0.1 } }",
+            "box { 0, 1 pigment { Milky } }",
+        ] {
+            assert!(ask(text).is_optical(), "{text}");
+        }
     }
 
     #[test]

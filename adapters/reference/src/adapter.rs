@@ -5,11 +5,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use decor_api::{
-    Abilities, Adapter, AdapterError, Baseline, DepthKind, Fragment, Health, Layer, LayerRequest,
-    LayerShot, NativeFile, Output, Region, RunContext, Said, Scene, SceneText, Size, Surroundings,
-    Window,
+    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Health, Layer,
+    LayerRequest, LayerShot, NativeFile, Output, Region, RunContext, Said, Scene, SceneText, Size,
+    Surroundings, Window,
 };
 
+use crate::arrival;
 use crate::encode;
 use crate::health::sphere_is_where_it_should_be;
 use crate::model::Models;
@@ -41,7 +42,7 @@ impl Default for Reference {
                 crop_grid: Some(BLOCK),
                 block_mask: true,
                 hidden_casters: true,
-                ray_list: false,
+                ray_list: true,
                 coverage: true,
                 shadows: true,
                 optics: true,
@@ -135,6 +136,24 @@ impl Adapter for Reference {
             shots
                 .map(|shot| self.layer(&models, request, shot, &watch))
                 .collect()
+        })
+    }
+
+    fn arriving_light(
+        &self,
+        request: &ArrivalRequest<'_>,
+        run: &RunContext,
+    ) -> Result<Vec<Vec<[f32; 3]>>, AdapterError> {
+        if let Some(file) = request.includes.first() {
+            return Err(native(file));
+        }
+        let watch = Watch {
+            run,
+            started: Instant::now(),
+        };
+        run.tally.add_call(request.shots.len());
+        with_threads(run, || {
+            arrival::fractions(request, &|frame| watch.may_go_on(frame))
         })
     }
 

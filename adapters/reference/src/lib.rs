@@ -19,6 +19,7 @@
 //! declarations and skies.
 
 mod adapter;
+mod arrival;
 mod encode;
 mod extent;
 mod frustum;
@@ -32,6 +33,7 @@ mod primitive;
 mod ray;
 mod roots;
 mod shade;
+mod shadow;
 mod solid;
 mod span;
 mod torus;

@@ -4,19 +4,17 @@
 //! the first part by the share that does not pass through; then what is
 //! mirrored, and what passes through tinted by the pigment.
 
-use decor_api::{Highlight, Light, Material, Scene};
+use decor_api::{Highlight, Material, Scene};
 use glam::DVec3;
 
-use crate::light::{Arriving, Way, arriving, colour, ways};
+use crate::light::{Arriving, arriving, colour};
 use crate::ray::Ray;
+use crate::shadow::unshadowed;
 use crate::world::{Found, World};
 
 /// How often a ray is mirrored or bent before what is behind counts as black:
 /// POV-Ray's default.
 const BOUNCES: u32 = 5;
-
-/// How many surfaces of glass a shadow ray passes through.
-const PANES: u32 = 64;
 
 /// Colours rays in a scene.
 pub(crate) struct Shader<'a> {
@@ -68,7 +66,11 @@ impl Shader<'_> {
             if cosine <= 0.0 {
                 continue;
             }
-            let lit = from.colour * self.unshadowed(light, outside);
+            let lit = if self.scene.shadows {
+                from.colour * unshadowed(self.world, light, outside)
+            } else {
+                from.colour
+            };
             scattered += pigment * lit * (material.diffuse * cosine);
             glints += lit * highlight(material, &from, normal, ray.direction);
         }
@@ -100,37 +102,6 @@ impl Shader<'_> {
             Some(found) => self.colour(ray, &found, bounces, among),
             None => colour(self.scene.background),
         }
-    }
-
-    /// The share of each colour of a light that gets through to a point.
-    pub fn unshadowed(&self, light: &Light, origin: DVec3) -> DVec3 {
-        if !self.scene.shadows {
-            return DVec3::ONE;
-        }
-        ways(light, origin)
-            .iter()
-            .map(|way| self.through(origin, way) * way.share)
-            .sum()
-    }
-
-    fn through(&self, origin: DVec3, way: &Way) -> DVec3 {
-        let ray = Ray {
-            origin,
-            direction: way.towards,
-        };
-        let (mut share, mut after) = (DVec3::ONE, 0.0);
-        for _ in 0..PANES {
-            let Some(found) = self.world.nearest(&ray, after, way.distance) else {
-                break;
-            };
-            let material = found.material;
-            if material.transmission <= 0.0 {
-                return DVec3::ZERO;
-            }
-            share *= colour(material.colour) * material.transmission;
-            after = found.t;
-        }
-        share
     }
 }
 

@@ -154,7 +154,7 @@ fn call(costs: &Costs, pictures: &[Picture]) -> Load {
     let width = pictures.iter().map(|p| p.window.0).max().unwrap_or(0);
     let height = pictures.iter().map(|p| p.window.1).max().unwrap_or(0);
     let canvas = pictures.iter().map(|p| p.canvas).fold(0.0, f64::max);
-    let mut cpu_s = costs.call_cpu_s;
+    let mut cpu_s = costs.call_cpu_s + costs.own_call_s;
     for picture in pictures {
         let pixel = costs.pixel(picture.pass);
         let rendered = if picture.masked {
@@ -164,6 +164,7 @@ fn call(costs: &Costs, pictures: &[Picture]) -> Load {
         };
         cpu_s += costs.read(&picture.parsed)
             + costs.canvas_pixel_s * canvas
+            + costs.own_pixel_s * rendered
             + pixel.of(rendered, picture.covered);
     }
     Load {

@@ -60,6 +60,8 @@ fn costs() -> Costs {
         depth: pixel(5e-7),
         fast: pixel(1e-6),
         fast_depth: pixel(5e-7),
+        own_call_s: 0.0,
+        own_pixel_s: 0.0,
         merge_pixel_s: 0.0,
         encode_pixel_s: 0.0,
         write_pixel_s: 0.0,
