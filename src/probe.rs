@@ -135,7 +135,7 @@ fn layered(stage: &Stage, plan: &Plan) -> Option<Plan> {
         fallback: false,
         ..plan.wishes.clone()
     };
-    let other = crate::plan::plan(stage, wishes).ok()?;
+    let other = crate::plan::plan(stage, wishes, &built_in(stage)).ok()?;
     sample::shows_layers(&other).then_some(other)
 }
 

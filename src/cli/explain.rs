@@ -76,7 +76,11 @@ pub fn run(args: &ExplainArgs) -> Result<Status, Failure> {
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
     let frames = args.film.wanted(&stage.film);
-    let plan = plan(&stage, args.wishes.wishes(frames, false), &crate::probe::known(&stage, &crate::objects::Cache::open()).costs)?;
+    let plan = plan(
+        &stage,
+        args.wishes.wishes(frames, false),
+        &crate::probe::known(&stage, &crate::objects::Cache::open()).costs,
+    )?;
     let Some(mut explanation) = explain(&stage, &plan, args.frame) else {
         let asked = (args.frame, args.frame);
         return Err(crate::plan::PlanError::NoSuchFrames {

@@ -17,9 +17,7 @@ use super::{Failure, Status, print_json};
 use crate::animation::write_apng;
 use crate::frames::{name, write_safely};
 use crate::objects::Cache;
-use crate::plan::{
-    CostsFrom, Mode, Plan, Prediction, Price, Wishes, jobs, plan, whole_work,
-};
+use crate::plan::{CostsFrom, Mode, Plan, Prediction, Price, Wishes, jobs, plan, whole_work};
 use crate::probe::{self, Probed};
 use crate::render::{Options, TracedPixels, WorkFolder, render};
 use crate::report::{Clock, Summary, period_summaries};

@@ -95,29 +95,25 @@ mod tests {
         (-range..range, -range..range, -range..range).prop_map(|(x, y, z)| DVec3::new(x, y, z))
     }
 
-    /// Never less than the truth, and more by little (a narrow valley is searched
-    /// across its grid): the least distance of `p` from the points of `at` over a grid of the unit
-    /// square, made finer around the best.
-    fn sampled(p: DVec3, at: impl Fn(f64, f64) -> DVec3) -> f64 {
-        const STEPS: u32 = 24;
-        let (mut low, mut size) = ([0.0, 0.0], 1.0);
-        let mut best = f64::INFINITY;
-        for _ in 0..32 {
-            let mut found = low;
-            for i in 0..=STEPS {
-                for j in 0..=STEPS {
-                    let place = [i, j].map(|k| f64::from(k) / f64::from(STEPS) * size);
-                    let (s, t) = ((low[0] + place[0]).min(1.0), (low[1] + place[1]).min(1.0));
-                    let distance = at(s, t).distance(p);
-                    if distance <= best {
-                        (best, found) = (distance, [s, t]);
-                    }
-                }
+    /// The least of a convex function over 0 to `end`, by golden sections.
+    fn least_of(end: f64, f: impl Fn(f64) -> f64) -> f64 {
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let (mut low, mut high) = (0.0, end);
+        for _ in 0..60 {
+            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+            if f(a) <= f(b) {
+                high = b;
+            } else {
+                low = a;
             }
-            size *= 0.6;
-            low = found.map(|v: f64| (v - size / 2.0).clamp(0.0, 1.0));
         }
-        best
+        f(0.5 * (low + high))
+    }
+
+    /// The least distance of `p` from the points of `at(s, t)`, affine in both:
+    /// a convex function. s goes to 1 and t to `end(s)`.
+    fn searched(p: DVec3, end: impl Fn(f64) -> f64, at: impl Fn(f64, f64) -> DVec3) -> f64 {
+        least_of(1.0, |s| least_of(end(s), |t| at(s, t).distance(p)))
     }
 
     proptest! {
@@ -130,12 +126,9 @@ mod tests {
             // Every fourth is a needle or a point.
             let b = if thin == 0 { a + (b - a) * 1e-9 } else { b };
             let c = if thin == 1 { a + (b - a) * 0.3 } else { c };
-            let want = sampled(p, |s, t| {
-                let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
-                a + (b - a) * s + (c - a) * t
-            });
+            let want = searched(p, |s| 1.0 - s, |s, t| a + (b - a) * s + (c - a) * t);
             let got = triangle_squared(p, a, b, c).sqrt();
-            prop_assert!(got < want + 1e-6 && got > want - 2e-3, "{got} {want}");
+            prop_assert!((got - want).abs() < 1e-6, "{got} {want}");
         }
 
         #[test]
@@ -149,9 +142,9 @@ mod tests {
                 1 => a + d * 3.0,
                 _ => b,
             };
-            let want = sampled(p, |s, t| a + (b - a) * s + d * (t * 60.0));
+            let want = searched(p, |_| 60.0, |s, t| a + (b - a) * s + d * t);
             let got = half_strip_squared(p, a, b, d).sqrt();
-            prop_assert!(got < want + 1e-6 && got > want - 2e-3, "{got} {want}");
+            prop_assert!((got - want).abs() < 1e-6, "{got} {want}");
         }
     }
 

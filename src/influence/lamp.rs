@@ -323,7 +323,10 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(20_000))]
+        #![proptest_config(ProptestConfig {
+            max_global_rejects: 20_000,
+            ..ProptestConfig::with_cases(20_000)
+        })]
 
         /// Backwards: a blocked way is built, and must be found.
         #[test]

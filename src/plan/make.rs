@@ -1,9 +1,7 @@
 //! From a stage to its plan: where periods begin and end.
 
 use super::lay::zooms;
-use super::{
-    Costs, End, FramePlan, Mode, Period, Plan, WholeReason, Wishes, Work, jobs,
-};
+use super::{Costs, End, FramePlan, Mode, Period, Plan, WholeReason, Wishes, Work, jobs};
 use crate::film::FrameState;
 use crate::segmentation::same_environment;
 use crate::stage::Stage;

@@ -18,8 +18,8 @@ use serde::Serialize;
 pub use blocks::BlockSet;
 pub use budget::Budget;
 pub use cost::{
-    Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost,
-    Prediction, Price, Seen, Survey, Work, chunk_length, jobs, periods_at_once, whole_work,
+    Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost, Prediction,
+    Price, Seen, Survey, Work, chunk_length, jobs, periods_at_once, whole_work,
 };
 pub use make::{PlanError, plan};
 pub use windows::gathered;

@@ -56,7 +56,9 @@ impl Library {
 
     /// The folder that is looked in first.
     pub fn first(&self) -> Option<String> {
-        self.folders.first().map(|folder| folder.to_string_lossy().into_owned())
+        self.folders
+            .first()
+            .map(|folder| folder.to_string_lossy().into_owned())
     }
 
     /// What `name` leads to from a file in `folder` of a film in `root`.

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use decor_api::{AdapterError, Csg, Geometry, Instance, Material, PrototypeId, PrototypeTable, Scene};
+use decor_api::{
+    AdapterError, Csg, Geometry, Instance, Material, PrototypeId, PrototypeTable, Scene,
+};
 
 use crate::adapter::unsupported;
 use crate::extent::Extent;

@@ -22,6 +22,8 @@ fn whole(frames: usize, side: u32) -> Work {
     };
     Work {
         frames: vec![frame; frames],
+        // Two periods at once.
+        size_pixels: 1e6,
         ..Work::default()
     }
 }
@@ -37,6 +39,8 @@ fn layered(frames: usize, side: u32, window: u32) -> Work {
     Work {
         ground: vec![picture(Pass::Decor, side), picture(Pass::DecorDepth, side)],
         frames: vec![frame; frames],
+        // Two periods at once.
+        size_pixels: 1e6,
         ..Work::default()
     }
 }

@@ -224,7 +224,9 @@ impl Work {
                     sky,
                 } => {
                     if *sky {
-                        frame.pictures.push(Seen::nothing(size).picture(Pass::Sky, whole));
+                        frame
+                            .pictures
+                            .push(Seen::nothing(size).picture(Pass::Sky, whole));
                         frame.merged += size.pixels() as f64;
                     }
                     for &window in windows {
