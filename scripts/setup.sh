@@ -29,6 +29,11 @@ ensure_povray() {
     install_packages povray povray-includes && command -v povray >/dev/null
 }
 
+# POV-Ray's own animations, which the tests render: Debian has them apart.
+ensure_povray_examples() {
+    [ -d /usr/share/doc/povray/examples/animations ] || install_packages povray-examples
+}
+
 # A C compiler: some crates build C.
 ensure_compiler() {
     command -v cc >/dev/null || install_packages gcc libc6-dev
