@@ -39,8 +39,8 @@ use std::path::{Path, PathBuf};
 
 use decor_api::process::{ProcessCall, find_program};
 use decor_api::{
-    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Health, Layer, LayerRequest,
-    NativeFile, PictureFormat, RunContext, Said, SceneText, Surroundings,
+    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Health, Layer,
+    LayerRequest, NativeFile, PictureFormat, RunContext, Said, SceneText, Surroundings,
 };
 
 use crate::arrival::Arrival;
