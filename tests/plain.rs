@@ -190,31 +190,38 @@ fn frames_are_those_of_povray_alone() {
             2,
         ),
     ];
-    for (file, switches, frames) in CASES {
-        let folder = scenes();
-        let (ours, its) = (folder.path().join("ours"), folder.path().join("its"));
-        std::fs::create_dir(&its).unwrap();
-        let mut more = vec!["--"];
-        more.extend(*switches);
-        let ended = render(&folder.path().join(file), &ours, &more);
-        assert_eq!(ended.status, 0, "{file} {switches:?}: {}", ended.stderr);
-        // Only the folder of the pictures is another one.
-        let name = switches
+    // POV-Ray sleeps most of the time.
+    std::thread::scope(|scope| {
+        for (file, switches, frames) in CASES {
+            scope.spawn(|| is_as_povray_alone(file, switches, *frames));
+        }
+    });
+}
+
+fn is_as_povray_alone(file: &str, switches: &[&str], frames: usize) {
+    let folder = scenes();
+    let (ours, its) = (folder.path().join("ours"), folder.path().join("its"));
+    std::fs::create_dir(&its).unwrap();
+    let mut more = vec!["--"];
+    more.extend_from_slice(switches);
+    let ended = render(&folder.path().join(file), &ours, &more);
+    assert_eq!(ended.status, 0, "{file} {switches:?}: {}", ended.stderr);
+    // Only the folder of the pictures is another one.
+    let name = switches
+        .iter()
+        .find_map(|s| s.strip_prefix("+O"))
+        .unwrap_or_default();
+    let out = format!("+Oits/{name}");
+    let mut words = vec![file];
+    words.extend(
+        switches
             .iter()
-            .find_map(|s| s.strip_prefix("+O"))
-            .unwrap_or_default();
-        let out = format!("+Oits/{name}");
-        let mut words = vec![*file];
-        words.extend(
-            switches
-                .iter()
-                .filter(|s| !s.starts_with("+O") && **s != "+P" && **s != "+D"),
-        );
-        words.extend([out.as_str(), "Output_To_File=on", "-P"]);
-        povray(folder.path(), &words);
-        assert_same(&ours, &its, *frames);
-        assert_eq!(ended.summary()["frames"], *frames, "{file} {switches:?}");
-    }
+            .filter(|s| !s.starts_with("+O") && **s != "+P" && **s != "+D"),
+    );
+    words.extend([out.as_str(), "Output_To_File=on", "-P"]);
+    povray(folder.path(), &words);
+    assert_same(&ours, &its, frames);
+    assert_eq!(ended.summary()["frames"], frames, "{file} {switches:?}");
 }
 
 #[test]
