@@ -29,6 +29,16 @@ ensure_povray() {
     install_packages povray povray-includes && command -v povray >/dev/null
 }
 
+# POV-Ray's own animations, which the tests render: Debian has them apart.
+ensure_povray_examples() {
+    [ -d /usr/share/doc/povray/examples/animations ] || install_packages povray-examples
+}
+
+# Python with virtual environments: the published metrics are compared with ours.
+ensure_python() {
+    python3 -c 'import venv, ensurepip' 2>/dev/null || install_packages python3 python3-venv
+}
+
 # A C compiler: some crates build C.
 ensure_compiler() {
     command -v cc >/dev/null || install_packages gcc libc6-dev

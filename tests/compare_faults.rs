@@ -210,6 +210,24 @@ fn junit_has_a_case_for_every_frame() {
 }
 
 #[test]
+fn the_page_needs_nothing_but_itself() {
+    let frames = faulty();
+    let page = || {
+        frames.compare(&["plain", "merged", "--html", "page.html"]);
+        fs::read_to_string(frames.at("page.html")).unwrap()
+    };
+    let html = page();
+    assert_eq!(html, page(), "the same again");
+    assert!(!html.contains("http") && !html.contains("src=\"") && !html.contains("NaN"));
+    // Two pictures of each of the four pairs, the most different first.
+    assert_eq!(html.matches("data:image/png;base64,").count(), 8);
+    let first = html.find("<tr data-frame=\"0\"").unwrap();
+    assert!(html[first..].starts_with("<tr data-frame=\"0\"><td>frame_0001.exr<"));
+    assert!(html.contains("frame_0002.exr: missing from B"));
+    assert!(html.contains("B is A moved by (1, 0) pixels"));
+}
+
+#[test]
 fn references_are_replaced_once_and_never_silently() {
     let frames = faulty();
     let against = |args: &[&str]| {

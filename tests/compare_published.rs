@@ -16,6 +16,10 @@ use rand::{RngExt as _, SeedableRng as _};
 /// Four digits: half a unit of the fourth is at least this part of a value.
 const FOUR_DIGITS: f64 = 0.5e-4;
 
+/// A single wrong pixel is a mean of very faint errors, of which the evaluator's
+/// single precision leaves three digits.
+const FAINT: (&str, f64) = ("one wrong pixel", 0.5e-3);
+
 const PACKAGES: [&str; 2] = ["flip-evaluator>=1.7,<2", "scikit-image>=0.24,<1"];
 
 /// A Python that has the packages.
@@ -168,9 +172,13 @@ fn pairs() -> Vec<(&'static str, Picture, Picture)> {
             gradient.changed(|k, value| value + 257 * bit(k)),
         ),
         (
-            "one wrong pixel",
+            "a wrong block",
             grey.clone(),
-            grey.changed(|k, value| if k / 3 == 31 * 70 + 40 { 65535 } else { value }),
+            grey.changed(|k, value| {
+                let (x, y) = (k / 3 % 70, k / 3 / 70);
+                let wrong = (30..42).contains(&x) && (20..32).contains(&y);
+                if wrong { value + 8000 } else { value }
+            }),
         ),
         (
             "noise and other noise",
@@ -187,6 +195,12 @@ fn pairs() -> Vec<(&'static str, Picture, Picture)> {
             Picture::new(64, 64, |_, _| [0, 65535, 0]),
             Picture::new(64, 64, |_, _| [0, 0, 65535]),
         ),
+        // The last one is not of the ten: see `FAINT`.
+        (
+            "one wrong pixel",
+            grey.clone(),
+            grey.changed(|k, value| if k / 3 == 31 * 70 + 40 { 65535 } else { value }),
+        ),
     ]
 }
 
@@ -195,7 +209,7 @@ fn flip_ssim_and_psnr_are_those_of_the_published_implementations() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: String| folder.path().join(name);
     let pairs = pairs();
-    assert_eq!(pairs.len(), 10);
+    assert_eq!(pairs.len(), 10 + 1);
     let mut questions = String::new();
     for side in ["a", "b"] {
         std::fs::create_dir(at(side.to_owned())).unwrap();
@@ -208,7 +222,7 @@ fn flip_ssim_and_psnr_are_those_of_the_published_implementations() {
         });
         for (side, picture) in [("a", a), ("b", b)] {
             let raw = at(format!("{k}.{side}"));
-            picture.write(&at(format!("{side}/{k}.png")), &raw);
+            picture.write(&at(format!("{side}/{k:02}.png")), &raw);
             question[side] = raw.to_str().unwrap().into();
         }
         questions += &format!("{question}\n");
@@ -243,8 +257,13 @@ fn flip_ssim_and_psnr_are_those_of_the_published_implementations() {
             let (ours, theirs) = (&ours[k][metric], &published[k][metric]);
             println!("{name}: {metric}: {ours}, published {theirs}");
             let (ours, theirs) = (ours.as_f64().unwrap(), theirs.as_f64().unwrap());
+            let digits = if *name == FAINT.0 {
+                FAINT.1
+            } else {
+                FOUR_DIGITS
+            };
             assert!(
-                (ours - theirs).abs() <= FOUR_DIGITS * theirs.abs(),
+                (ours - theirs).abs() <= digits * theirs.abs(),
                 "{name}: {metric} is {ours}, published {theirs}"
             );
         }
@@ -258,7 +277,7 @@ fn flip_ssim_and_psnr_are_those_of_the_published_implementations() {
             f32::from_le_bytes(bytes)
         });
         let read =
-            |side: &str| decor::compare::picture::Picture::read(&at(format!("{side}/{k}.png")));
+            |side: &str| decor::compare::picture::Picture::read(&at(format!("{side}/{k:02}.png")));
         let seen = Seen::new(&read("a").unwrap(), &read("b").unwrap(), None).unwrap();
         let map = flip::map(&seen, flip::PIXELS_PER_DEGREE);
         assert_eq!(map.len(), published.len());

@@ -53,7 +53,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "DIR", conflicts_with = "b")]
     baseline_dir: Option<PathBuf>,
     /// Show what differs, then replace the references by it and fail once.
-    #[arg(long, requires = "baseline_dir")]
+    #[arg(long)]
     update: bool,
     /// The tolerances of somebody else's tests; options beside it win. blender:
     /// --fail 0.016 --fail-percent 1; idiff: --fail 1e-6 --warn 1e-6.
@@ -203,6 +203,11 @@ fn ended(status: u8, error: &dyn std::error::Error) -> Ended {
 
 fn try_run(args: &CompareArgs, out: &mut dyn Write) -> Result<u8, Ended> {
     let (a, b) = args.sides();
+    // clap lets `requires` pass where what is required conflicts with B.
+    if args.update && args.baseline_dir.is_none() {
+        let why = "--update replaces references: it needs --baseline-dir".to_owned();
+        return Err((Status::Usage.code(), why));
+    }
     if args.baseline_dir.is_some() && baseline::same_folder(a, b) {
         let why = "the references and the frames are one folder: they are always equal".to_owned();
         return Err((Status::Usage.code(), why));

@@ -253,7 +253,7 @@ fn balanced(mut kernel: Vec<f32>) -> Vec<f32> {
 }
 
 /// The white of sRGB (D65), as XYZ.
-const WHITE: [f32; 3] = [0.950_428_545, 1.0, 1.088_900_371];
+const WHITE: [f32; 3] = [0.950_428_55, 1.0, 1.088_900_4];
 
 /// The inverse of sRGB's transfer function. Those of 8 bits are looked up:
 /// powers are the dearest part of the whole.

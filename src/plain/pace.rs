@@ -13,7 +13,7 @@ const SLEEP_S: f64 = 0.25;
 const CALL_CPU_S: f64 = 0.015;
 
 /// Calls shall cost no more than this share of their frames' CPU …
-const CALL_SHARE: f64 = 0.05;
+const CALL_SHARE: f64 = 0.03;
 
 /// … unless frames are so cheap that parts would be longer than this: then
 /// there is little CPU to lose, and much time.
@@ -35,7 +35,7 @@ impl Pace {
     /// Before anything is known.
     pub fn first(stated: Option<usize>, most: usize, cores: usize) -> Self {
         Self {
-            processes: stated.unwrap_or((2 * cores).min(most)).max(1),
+            processes: stated.unwrap_or(cores.min(most)).max(1),
             frame_cpu_s: None,
         }
     }
@@ -69,7 +69,7 @@ mod tests {
         let cheap = Pace::after(0.015, None, 16, 2);
         assert_eq!((cheap.processes, cheap.shortest()), (16, 8));
         let usual = Pace::after(0.3, None, 16, 2);
-        assert_eq!((usual.processes, usual.shortest()), (5, 1));
+        assert_eq!((usual.processes, usual.shortest()), (5, 2));
         let heavy = Pace::after(10.0, None, 16, 2);
         assert_eq!((heavy.processes, heavy.shortest()), (3, 1));
     }
@@ -78,7 +78,7 @@ mod tests {
     fn what_is_stated_goes_first() {
         assert_eq!(Pace::first(Some(7), 16, 2).processes, 7);
         assert_eq!(Pace::after(0.015, Some(1), 16, 2).processes, 1);
-        assert_eq!(Pace::first(None, 16, 2).processes, 4);
+        assert_eq!(Pace::first(None, 16, 2).processes, 2);
         assert_eq!(Pace::first(None, 1, 8).processes, 1);
     }
 }

@@ -47,10 +47,10 @@ impl PixelCost {
     }
 }
 
-/// What things cost, in seconds. CPU time but for the sleep. The defaults were
-/// measured with POV-Ray 3.7 on plain scenes of a few dozen objects; heavier
-/// scenes cost more per pixel in all modes alike, so that speed-ups are nearer
-/// to the truth than seconds.
+/// What things cost, in seconds: of CPU, but for the sleep. The defaults are
+/// what probes of the bundled `plane` and `ladybirds` found, with POV-Ray 3.7;
+/// heavier scenes cost more per pixel in all modes alike, so that speed-ups are
+/// nearer to the truth than seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Costs {
     /// A call that renders nothing sleeps so long.
@@ -92,30 +92,30 @@ impl Default for Costs {
     fn default() -> Self {
         Self {
             call_sleep_s: 0.42,
-            call_cpu_s: 0.012,
+            call_cpu_s: 0.013,
             picture_sleep_s: 0.23,
             picture_cpu_s: 0.006,
-            canvas_pixel_s: 3e-8,
-            instance_s: 2e-5,
-            byte_s: 1.5e-7,
+            canvas_pixel_s: 6e-8,
+            instance_s: 5e-5,
+            byte_s: 4e-7,
             colour: PixelCost {
-                any_s: 3e-7,
-                covered_s: 6e-7,
+                any_s: 4.5e-7,
+                covered_s: 1.2e-6,
             },
             depth: PixelCost {
-                any_s: 2.5e-7,
-                covered_s: 2e-7,
+                any_s: 3.3e-7,
+                covered_s: 2.6e-7,
             },
             fast: PixelCost {
-                any_s: 2.5e-7,
-                covered_s: 6e-7,
+                any_s: 3.4e-7,
+                covered_s: 8e-7,
             },
             fast_depth: PixelCost {
-                any_s: 2.5e-7,
+                any_s: 3e-7,
                 covered_s: 2e-7,
             },
-            own_call_s: 2e-3,
-            own_pixel_s: 2e-8,
+            own_call_s: 4e-3,
+            own_pixel_s: 3e-8,
             merge_pixel_s: 4e-9,
             encode_pixel_s: 3e-8,
             write_pixel_s: 1e-8,

@@ -210,7 +210,7 @@ fn optical(
                     .iter()
                     .any(|d| pair[0].is(d))
             };
-            if let Some(pair) = before.filter(declares).last() {
+            if let Some(pair) = before.rev().find(declares) {
                 let words = known.entry(pair[1].text().into_owned()).or_default();
                 words.insert("transmit".to_owned());
             }

@@ -9,7 +9,7 @@ const WIDTH: f64 = 720.0;
 /// Room for the labels at the left and at the bottom.
 const LEFT: f64 = 64.0;
 const BOTTOM: f64 = 36.0;
-const TOP: f64 = 14.0;
+const TOP: f64 = 26.0;
 const RIGHT: f64 = 16.0;
 
 /// A linear axis from 0 to a round number.
