@@ -113,6 +113,8 @@ pub enum Reason {
     },
     /// A light, the background, the sky or the opening of the view changes.
     SurroundingsChange,
+    /// It moves under lights, and its shadow may go anywhere.
+    ShadowMoves,
 }
 
 impl fmt::Display for Reason {
@@ -148,6 +150,7 @@ impl fmt::Display for Reason {
             Self::EntersView { frame } => write!(f, "enters the view in frame {frame}"),
             Self::Changes { frame } => write!(f, "has another description in frame {frame}"),
             Self::Absent { frame } => write!(f, "is not there in frame {frame}"),
+            Self::ShadowMoves => write!(f, "its shadow may move farther than itself"),
             Self::SurroundingsChange => {
                 write!(
                     f,

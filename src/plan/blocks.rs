@@ -35,6 +35,16 @@ impl BlockSet {
         }
     }
 
+    /// The blocks of both sets, which are of pictures of one size.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        let bits = self.bits.iter().zip(&other.bits);
+        Self {
+            size: self.size,
+            bits: bits.map(|(a, b)| *a || *b).collect(),
+        }
+    }
+
     /// Is there none?
     pub fn is_empty(&self) -> bool {
         !self.bits.contains(&true)

@@ -6,8 +6,9 @@ use decor_api::{Bounds, Optics, Window};
 
 use super::make::Maker;
 use super::windows::gathered;
-use super::{BlockSet, End, FramePlan, Mode, Period, SkyMotion, WholeReason};
+use super::{BlockSet, End, FramePlan, Mode, Period, ShadowPlan, SkyMotion, WholeReason};
 use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::influence::estimated_pixels;
 use crate::motion::{infinity_px, screen_box};
 use crate::segmentation::{Class, Reason, Rule, Segmented, same_environment, segment_towards};
 
@@ -61,7 +62,42 @@ impl Maker<'_> {
             size: self.stage.size(),
         };
         let bounds = |object: &ObjectState<'_>| self.stage.prototype(object).bounds;
-        segment_towards(&states, target.as_ref(), bounds, &rule)
+        let mut objects = segment_towards(&states, target.as_ref(), bounds, &rule);
+        if self.casts(&states[0]) {
+            self.follow_shadows(&states, &mut objects);
+        }
+        objects
+    }
+
+    /// Do shadows fall, and does the mode care?
+    fn casts(&self, state: &FrameState<'_>) -> bool {
+        state.shadows
+            && !state.lights.is_empty()
+            && self.abilities().shadows
+            && self.wishes.mode != Mode::Preview
+    }
+
+    /// What moves under lights is not kept, however little it moves in the
+    /// picture: nobody knows how far its shadow does.
+    fn follow_shadows(&self, states: &[FrameState<'_>], objects: &mut [Segmented]) {
+        let first: HashMap<ObjectId, &ObjectState<'_>> =
+            states[0].objects.iter().map(|o| (o.id, o)).collect();
+        let moving: std::collections::HashSet<ObjectId> = states[1..]
+            .iter()
+            .flat_map(|state| &state.objects)
+            .filter(|object| {
+                let before = first.get(&object.id);
+                before.is_none_or(|before| before.pose != object.pose)
+            })
+            .map(|object| object.id)
+            .collect();
+        for object in objects {
+            let kept = matches!(object.class, Class::Clipped | Class::Slow);
+            if kept && object.reason != Reason::Empty && moving.contains(&object.object) {
+                object.class = Class::Fast;
+                object.reason = Reason::ShadowMoves;
+            }
+        }
     }
 
     /// The frame whose poses a décor of `start` dissolves towards: the first one
@@ -123,11 +159,13 @@ impl Maker<'_> {
         let sky_moves = sky.is_some_and(|sky| sky.class == Class::Fast);
         let moving = sky_moves || objects.iter().any(|o| o.class == Class::Fast);
         let stays = objects.iter().any(|o| o.class.in_decor());
-        let casts = first.shadows && !first.lights.is_empty() && self.abilities().shadows;
+        let casts = self.casts(&first);
         let whole = if !stays && moving {
             Some(WholeReason::NothingStays)
-        } else if casts && moving && self.wishes.mode != Mode::Preview {
+        } else if casts && moving && !self.abilities().block_mask {
             Some(WholeReason::Shadows)
+        } else if casts && self.endless_moves(&objects, &first) {
+            Some(WholeReason::Unconfined("something without an end".into()))
         } else if sky_moves && self.stage.antialias().is_some() {
             // Pixels that are half sky are neither's.
             Some(WholeReason::SkyMoves)
@@ -151,6 +189,26 @@ impl Maker<'_> {
             self.lay(&mut period, &first);
         }
         period
+    }
+
+    /// Is there something without an end among what moves?
+    fn endless_moves(&self, objects: &[Segmented], first: &FrameState<'_>) -> bool {
+        let endless = |id: ObjectId| {
+            let object = first.objects.iter().find(|object| object.id == id);
+            object.is_none_or(|o| self.stage.prototype(o).bounds == Bounds::Unbounded)
+        };
+        // What is not there at first is looked at by its identity's description.
+        let mut fast = objects.iter().filter(|o| o.class == Class::Fast);
+        fast.any(|o| {
+            if first.objects.iter().any(|object| object.id == o.object) {
+                endless(o.object)
+            } else {
+                let description = self.stage.film.identity(o.object).description();
+                let path = self.stage.film.descriptions()[description.0 as usize].path();
+                let prototype = self.stage.library.by_path[path];
+                self.stage.library.table.get(prototype).bounds == Bounds::Unbounded
+            }
+        })
     }
 
     /// Decides what is rendered where, frame by frame.
@@ -183,11 +241,16 @@ impl Maker<'_> {
     fn frame_cost(&self, frame: &FramePlan) -> f64 {
         match frame {
             FramePlan::Whole => self.stage.size().pixels() as f64,
-            FramePlan::Layered { fast, blocks, sky } => {
+            FramePlan::Layered {
+                fast,
+                blocks,
+                sky,
+                shadows,
+            } => {
                 let fast: usize = fast.iter().map(|window| window.pixels()).sum();
                 let sky = if *sky { SKY_SHARE } else { 0.0 };
                 fast as f64 * (1.0 + DEPTH_SHARE)
-                    + blocks.pixels() as f64
+                    + block_pixels(blocks, *shadows)
                     + self.stage.size().pixels() as f64 * sky
             }
         }
@@ -220,7 +283,8 @@ impl Maker<'_> {
             .values()
             .any(|class| !matches!(class, Class::Immobile));
         // Is what moves drawn from the full scene, and not merged?
-        let all_from_scene = self.wishes.mode == Mode::Exact || self.no_coverage(state);
+        let casts = alive && self.casts(state);
+        let all_from_scene = self.all_from_scene(state, classes, casts);
         for object in &state.objects {
             let is_fast = classes.get(&object.id) == Some(&Class::Fast);
             let optical = self.is_optical(object);
@@ -244,11 +308,72 @@ impl Maker<'_> {
         if !self.wishes.with_depth {
             merged.retain(|&window| !blocks.contains(window));
         }
+        let shadows = casts.then(|| ShadowPlan {
+            expected_pixels: self.shadow_pixels(state, classes, all_from_scene, &blocks),
+            replaces_boxes: all_from_scene,
+        });
         FramePlan::Layered {
             fast: gathered(&merged, size),
             blocks,
             sky,
+            shadows,
         }
+    }
+
+    /// Is what moves drawn from the full scene, in blocks, and not merged?
+    ///
+    /// - Always in `exact`.
+    /// - Where pixels are shared: with antialiasing an edge is neither layer's.
+    /// - Under shadows, where the observer rests and nothing in the décor moves:
+    ///   the blocks are the renderer's own pixels, and need no second layer with
+    ///   its depth and its hidden casters. Where the décor is up to the threshold
+    ///   off, blocks would show their borders: there, layers are merged.
+    fn all_from_scene(
+        &self,
+        state: &FrameState<'_>,
+        classes: &HashMap<ObjectId, Class>,
+        casts: bool,
+    ) -> bool {
+        let shares_pixels = self.wishes.mode == Mode::Equivalent && state.antialias.is_some();
+        let rests = !classes.values().any(|class| *class == Class::Slow);
+        self.wishes.mode == Mode::Exact
+            || shares_pixels
+            || casts && rests
+            || self.no_coverage(state)
+    }
+
+    /// About how many pixels the blocks have that what moves may shade.
+    fn shadow_pixels(
+        &self,
+        state: &FrameState<'_>,
+        classes: &HashMap<ObjectId, Class>,
+        all_from_scene: bool,
+        blocks: &BlockSet,
+    ) -> f64 {
+        let (mut changed, mut decor) = (Vec::new(), Vec::new());
+        for object in &state.objects {
+            let bounds = self.stage.prototype(object).bounds.posed(&object.pose);
+            if classes.get(&object.id).is_some_and(|class| class.in_decor()) {
+                decor.push(bounds);
+            } else if let Bounds::Sphere(ball) = bounds {
+                changed.push(ball);
+            }
+        }
+        let size = self.stage.size();
+        let seen_and_shaded =
+            estimated_pixels(&state.camera, size, state.lights, &changed, &decor);
+        let seen = estimated_pixels(&state.camera, size, &[], &changed, &[]);
+        let boxes = blocks.pixels() as f64;
+        // Blocks have pixels around those that count.
+        const AROUND: f64 = 1.5;
+        let shaded = (seen_and_shaded - seen).max(0.0) * AROUND;
+        let all = if all_from_scene {
+            // The boxes are what is seen, and what mirrors.
+            boxes.max(seen) + shaded
+        } else {
+            boxes + shaded
+        };
+        all.min(size.pixels() as f64)
     }
 
     /// Is antialiasing on, and coverage not to be had?
@@ -256,6 +381,11 @@ impl Maker<'_> {
         let surroundings = self.stage.surroundings(state);
         state.antialias.is_some() && (surroundings.sky_on_objects || !self.abilities().coverage)
     }
+}
+
+/// Pixels of the blocks of a frame, as far as they are known.
+pub fn block_pixels(blocks: &BlockSet, shadows: Option<ShadowPlan>) -> f64 {
+    shadows.map_or(blocks.pixels() as f64, |shadows| shadows.expected_pixels)
 }
 
 /// Does the opening of the view change between two frames?

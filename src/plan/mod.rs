@@ -121,7 +121,7 @@ impl fmt::Display for WholeReason {
             Self::Unconfined(what) => write!(f, "{what} can change every pixel"),
             Self::Shadows => write!(
                 f,
-                "shadows fall between what moves and what does not (`--mode preview` leaves them out)"
+                "shadows fall between what moves and what does not, and this renderer draws no blocks"
             ),
             Self::NoGain => write!(f, "what moves covers so much that nothing is won"),
         }
@@ -142,7 +142,20 @@ pub enum FramePlan {
         blocks: BlockSet,
         /// The sky is rendered anew, behind the objects of the décor.
         sky: bool,
+        /// What moves may shade the décor: where, is found out when the décor's
+        /// depth is known, and these blocks are rendered from the full scene too.
+        shadows: Option<ShadowPlan>,
     },
+}
+
+/// Where what moves may shade the décor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowPlan {
+    /// About how many pixels of blocks there will be: for the price.
+    pub expected_pixels: f64,
+    /// All that moves is rendered in such blocks, and nothing is merged: then
+    /// they replace the frame's other blocks, which are boxes only.
+    pub replaces_boxes: bool,
 }
 
 /// Why a period is not longer.
@@ -244,8 +257,19 @@ impl Period {
     /// Is the décor's depth needed: for a merge, or to see the sky behind it?
     pub fn needs_depth(&self) -> bool {
         self.frames.iter().any(|frame| match frame {
-            FramePlan::Layered { fast, sky, .. } => !fast.is_empty() || *sky,
+            FramePlan::Layered {
+                fast, sky, shadows, ..
+            } => !fast.is_empty() || *sky || shadows.is_some(),
             FramePlan::Whole => false,
+        })
+    }
+
+    /// Is there a frame whose blocks are found by the décor's depth, and by
+    /// nothing else? Then antialiasing asks for the depth between the pixels'
+    /// centres, too.
+    pub fn replaces_boxes(&self) -> bool {
+        self.frames.iter().any(|frame| {
+            matches!(frame, FramePlan::Layered { shadows: Some(plan), .. } if plan.replaces_boxes)
         })
     }
 

@@ -6,13 +6,15 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use decor_api::{
-    AdapterError, Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window,
+    AdapterError, Bounds, Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window,
 };
 
 use super::RenderError;
 use super::execution::{Execution, join};
 use super::ground::PeriodGround;
+use super::influenced::Blocks;
 use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::influence::may_shade;
 use crate::motion::screen_box;
 use crate::plan::{BlockSet, FramePlan, Mode, Period};
 
@@ -66,7 +68,16 @@ impl Execution<'_> {
     fn held_pixels(&self, frame: &FramePlan) -> usize {
         match frame {
             FramePlan::Whole => self.stage.size().pixels(),
-            FramePlan::Layered { fast, blocks, sky } => {
+            FramePlan::Layered {
+                fast,
+                blocks,
+                sky,
+                shadows,
+            } => {
+                if shadows.is_some() {
+                    // The window around blocks that are not known yet.
+                    return self.stage.size().pixels();
+                }
                 let around = blocks.windows().fold(Window::EMPTY, Window::union);
                 let sky = if *sky { self.stage.size().pixels() } else { 0 };
                 2 * fast.iter().map(|window| window.pixels()).sum::<usize>() + around.pixels() + sky
@@ -86,20 +97,39 @@ impl Execution<'_> {
         if self.run.is_cancelled() {
             return Err(AdapterError::Cancelled.into());
         }
-        let shots = self.shots(period, frames.clone());
-        let mut layers = self.layers(shots, frames.start)?;
-        let Some(ground) = ground() else {
+        let mut ground = Some(ground);
+        // Where shadows fall is known when the décor is.
+        let early = if self.needs_ground_first(period, frames.clone()) {
+            match ground.take().and_then(|wait| wait()) {
+                Some(ground) => Some(ground),
+                None => return Ok(()),
+            }
+        } else {
+            None
+        };
+        let blocks: Blocks = frames
+            .clone()
+            .map(|number| (number, self.blocks_of(period, number, early)))
+            .collect();
+        let shots = self.shots(period, frames.clone(), &blocks);
+        let mut layers = self.layers(shots, frames.start, &blocks)?;
+        let Some(ground) = early.or_else(|| ground.take().and_then(|wait| wait())) else {
             return Ok(());
         };
         for number in frames {
-            let patches = self.patches(ground, number, &mut layers);
+            let patches = self.patches(ground, number, &mut layers, &blocks);
             self.write(ground, number, &patches)?;
         }
         Ok(())
     }
 
     /// What the renderer is to draw, by pass.
-    fn shots(&self, period: &Period, frames: Range<u32>) -> BTreeMap<Pass, Vec<LayerShot>> {
+    fn shots(
+        &self,
+        period: &Period,
+        frames: Range<u32>,
+        blocks: &Blocks,
+    ) -> BTreeMap<Pass, Vec<LayerShot>> {
         let fast_objects = fast_objects(period);
         let mut shots: BTreeMap<Pass, Vec<LayerShot>> = BTreeMap::new();
         for number in frames {
@@ -121,23 +151,20 @@ impl Execution<'_> {
                         add(Pass::WholeDepth, &scene, all);
                     }
                 }
-                FramePlan::Layered { fast, blocks, sky } => {
+                FramePlan::Layered { fast, sky, .. } => {
                     if *sky {
                         let scene = Arc::new(self.stage.scene(&state, |_| false));
                         let all = Region::Window(self.stage.size().window());
                         add(Pass::Sky, &scene, all);
                     }
                     if !fast.is_empty() {
-                        let scene = Arc::new(self.stage.scene(&state, |object| {
-                            fast_objects.contains(&object.id)
-                                && self.belongs_to_layer(object, &state)
-                        }));
+                        let scene = Arc::new(self.fast_scene(&state, &fast_objects));
                         for window in fast {
                             add(Pass::Fast, &scene, Region::Window(*window));
                             add(Pass::FastDepth, &scene, Region::Window(*window));
                         }
                     }
-                    if !blocks.is_empty() {
+                    if let Some(blocks) = blocks.get(&number).filter(|b| !b.is_empty()) {
                         let scene = Arc::new(self.stage.scene(&state, |_| true));
                         add(Pass::Blocks, &scene, Region::Blocks(blocks.numbers()));
                     }
@@ -145,6 +172,44 @@ impl Execution<'_> {
             }
         }
         shots
+    }
+
+    /// The fast objects of a frame by themselves, and with them, unseen, all that
+    /// may shade them.
+    fn fast_scene(&self, state: &FrameState<'_>, fast: &HashSet<ObjectId>) -> Scene {
+        let mut drawn: HashSet<ObjectId> = HashSet::new();
+        let mut scene = self.stage.scene(state, |object| {
+            let belongs = fast.contains(&object.id) && self.belongs_to_layer(object, state);
+            if belongs {
+                drawn.insert(object.id);
+            }
+            belongs
+        });
+        let casts = self.plan.wishes.mode != Mode::Preview
+            && state.shadows
+            && self.stage.adapter.abilities().hidden_casters;
+        if casts {
+            let bounds =
+                |object: &ObjectState<'_>| self.stage.prototype(object).bounds.posed(&object.pose);
+            let receivers: Vec<Bounds> = state
+                .objects
+                .iter()
+                .filter(|object| drawn.contains(&object.id))
+                .map(bounds)
+                .collect();
+            let may_shade = |object: &ObjectState<'_>| {
+                let caster = bounds(object);
+                state.lights.iter().any(|light| {
+                    let mut receivers = receivers.iter();
+                    receivers.any(|receiver| may_shade(light, &caster, receiver))
+                })
+            };
+            let hidden = self.stage.scene(state, |object| {
+                !drawn.contains(&object.id) && may_shade(object)
+            });
+            scene.hidden = hidden.instances;
+        }
+        scene
     }
 
     /// Is a fast object drawn in the fast layer? Not where it is out of view
@@ -168,6 +233,7 @@ impl Execution<'_> {
         &self,
         shots: BTreeMap<Pass, Vec<LayerShot>>,
         first: u32,
+        blocks: &Blocks,
     ) -> Result<Layers, RenderError> {
         let mut calls: Vec<(Pass, LayerRequest<'_>)> = Vec::new();
         for (pass, shots) in shots {
@@ -196,7 +262,9 @@ impl Execution<'_> {
                 };
                 let pixels = match &shot.region {
                     Region::Window(window) => window.pixels() as u64,
-                    Region::Blocks(_) => self.blocks_of(shot.frame).pixels() as u64,
+                    Region::Blocks(_) => {
+                        blocks.get(&shot.frame).map_or(0, BlockSet::pixels) as u64
+                    }
                 };
                 counter.fetch_add(pixels, Ordering::Relaxed);
                 layers.entry((pass, shot.frame)).or_default().push(layer);
@@ -241,18 +309,6 @@ impl Execution<'_> {
             shots,
             film,
             label: format!("{label}_{frame:04}_{group}"),
-        }
-    }
-
-    pub fn blocks_of(&self, number: u32) -> BlockSet {
-        let period = self
-            .plan
-            .periods
-            .iter()
-            .find(|p| p.numbers().contains(&number));
-        match period.map(|p| &p.frames[(number - p.start) as usize]) {
-            Some(FramePlan::Layered { blocks, .. }) => blocks.clone(),
-            _ => BlockSet::none(self.stage.size()),
         }
     }
 }

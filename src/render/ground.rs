@@ -9,10 +9,12 @@ use decor_api::{Layer, Window};
 use super::RenderError;
 use super::chunk::{Layers, Pass};
 use super::execution::Execution;
+use super::influenced::{Blocks, Samples};
+use super::joint::Joint;
 use crate::dissolve::{Backdrop, Dissolve};
 use crate::frames::{Ground, WriteError, name, write_safely};
 use crate::merge::{Patch, merge};
-use crate::plan::Period;
+use crate::plan::{BlockSet, Period};
 
 /// What the frames of a period begin with.
 pub struct PeriodGround {
@@ -20,6 +22,8 @@ pub struct PeriodGround {
     start: u32,
     /// `None` without a décor.
     decor: Option<Arc<Layer>>,
+    /// The décor's depth between the pixels' centres, where that is asked for.
+    samples: Option<Arc<Samples>>,
     dissolve: Option<Dissolve>,
     ground: Ground,
     /// The file of a frame that is the décor, and nothing else.
@@ -36,6 +40,12 @@ impl PeriodGround {
         })
     }
 
+    /// The décor's depth, where it has one.
+    pub fn depths(&self) -> Option<(&Layer, Option<&Samples>)> {
+        let decor = self.decor.as_deref().filter(|d| d.depth.is_some())?;
+        Some((decor, self.samples.as_deref()))
+    }
+
     fn dissolve_at(&self, number: u32) -> Option<(&Dissolve, u32)> {
         let dissolve = self.dissolve.as_ref()?;
         let in_place = dissolve.in_place(number - self.start);
@@ -48,9 +58,12 @@ impl Execution<'_> {
     pub fn ground(
         &self,
         period: &Period,
-        decor: Option<Arc<Layer>>,
-        target: Option<Arc<Layer>>,
+        begins: Option<&Joint>,
+        ends: Option<&Joint>,
     ) -> PeriodGround {
+        let decor = begins.and_then(|joint| joint.decor.clone());
+        let samples = begins.and_then(|joint| joint.samples.clone());
+        let target = ends.and_then(|joint| joint.target.clone());
         let (size, encoder) = (self.stage.size(), self.encoder());
         let dissolve = match (&decor, target, period.dissolve_steps()) {
             (Some(decor), Some(target), Some(steps)) => {
@@ -67,6 +80,7 @@ impl Execution<'_> {
         PeriodGround {
             start: period.start,
             decor,
+            samples,
             dissolve,
             ground,
             unchanged: OnceLock::new(),
@@ -74,7 +88,7 @@ impl Execution<'_> {
     }
 
     /// What a frame changes of its ground, in the order in which it is laid.
-    pub fn patches(&self, ground: &PeriodGround, number: u32, layers: &mut Layers) -> Vec<Patch> {
+    pub fn patches(&self, ground: &PeriodGround, number: u32, layers: &mut Layers, blocks: &Blocks) -> Vec<Patch> {
         let mut patches = Vec::new();
         let mut take = |pass| {
             layers
@@ -107,7 +121,7 @@ impl Execution<'_> {
         }
         if let Some(layer) = take(Pass::Blocks).next() {
             let colour = layer.colour.as_deref().unwrap_or_default();
-            for window in self.blocks_of(number).windows() {
+            for window in blocks.get(&number).into_iter().flat_map(BlockSet::windows) {
                 let rows = window.y..window.bottom();
                 let part = rows.flat_map(|y| {
                     let from = layer.index(window.x, y);

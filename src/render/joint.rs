@@ -8,10 +8,11 @@ use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window};
+use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Size, Window};
 
 use super::RenderError;
 use super::execution::{Execution, join, only};
+use super::influenced::Samples;
 use crate::dissolve::Backdrop;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::merge::{Patch, merge};
@@ -23,11 +24,17 @@ use crate::segmentation::Class;
 /// more than this share of the picture: their depth has a price too.
 const PARTICULAR_SHARE: f64 = 0.5;
 
+/// Places between pixels whose depth is kept, at most: each is worth 28 bytes
+/// while it is read.
+const MOST_SAMPLES: f64 = (12 << 20) as f64;
+
 /// What was rendered at a joint.
 #[derive(Default)]
 pub struct Joint {
     /// The décor of the period that begins.
     pub decor: Option<Arc<Layer>>,
+    /// The depth of that décor between the pixels' centres, where it is asked for.
+    pub samples: Option<Arc<Samples>>,
     /// What the décor of the period that ends has turned into.
     pub target: Option<Arc<Layer>>,
 }
@@ -59,6 +66,7 @@ impl Execution<'_> {
             if same && old == new {
                 let layer = Arc::new(self.decor(begins.start, &old, depth, "decor")?);
                 return Ok(Joint {
+                    samples: self.samples(begins)?.map(Arc::new),
                     decor: Some(Arc::clone(&layer)),
                     target: Some(layer),
                 });
@@ -67,7 +75,7 @@ impl Execution<'_> {
                 return Ok(joint);
             }
         }
-        let (decor, target) = std::thread::scope(|scope| {
+        let (decor, target, samples) = std::thread::scope(|scope| {
             let target = wanted.ends.and_then(|period| {
                 let until = period.dissolve_until?;
                 Some(scope.spawn(move || {
@@ -76,13 +84,17 @@ impl Execution<'_> {
                     self.target(period, until, &objects, depth)
                 }))
             });
+            let samples = wanted
+                .begins
+                .map(|period| scope.spawn(|| self.samples(period)));
             let decor = wanted.begins.map(|period| {
                 let depth = self.depth_of(period);
                 self.decor(period.start, &decor_objects(period), depth, "decor")
             });
-            (decor, target.map(join))
+            (decor, target.map(join), samples.map(join))
         });
         Ok(Joint {
+            samples: samples.transpose()?.flatten().map(Arc::new),
             decor: decor.transpose()?.map(Arc::new),
             target: target.transpose()?.map(Arc::new),
         })
@@ -168,6 +180,7 @@ impl Execution<'_> {
         });
         let (ground, olds, news) = (ground?, olds?, news?);
         Ok(Some(Joint {
+            samples: None,
             target: Some(Arc::new(merged(&ground, &olds))),
             decor: Some(Arc::new(merged(&ground, &news))),
         }))
@@ -239,6 +252,40 @@ impl Execution<'_> {
             film: None,
             label,
         }
+    }
+
+    /// The depth of a period's décor at the places where antialiasing looks,
+    /// where the blocks of its frames depend on nothing else.
+    fn samples(&self, period: &Period) -> Result<Option<Samples>, RenderError> {
+        let Some(antialias) = self.stage.antialias() else {
+            return Ok(None);
+        };
+        let size = self.stage.size();
+        let per_side = antialias.depth;
+        let pixels = size.pixels() as f64 * f64::from(per_side) * f64::from(per_side);
+        let side = |pixels: u32| pixels.checked_mul(per_side).filter(|&p| p <= 65_535);
+        let (Some(width), Some(height)) = (side(size.width), side(size.height)) else {
+            return Ok(None);
+        };
+        if !period.replaces_boxes() || period.threshold_px > 0.0 || pixels > MOST_SAMPLES {
+            return Ok(None);
+        }
+        let state = self.stage.film.frame(period.start);
+        let kept = decor_objects(period);
+        let scene = Arc::new(self.stage.scene(&state, |object| kept.contains(&object.id)));
+        let large = Size { width, height };
+        let region = Region::Window(large.window());
+        let label = format!("samples_{:04}", period.start);
+        let request = LayerRequest {
+            size: large,
+            antialias: None,
+            ..self.request_of(period.start, &scene, &region, Output::Depth, label)
+        };
+        self.traced
+            .depth
+            .fetch_add(large.pixels() as u64, Ordering::Relaxed);
+        let layer = only(self.call(&request, None)?)?;
+        Ok(Some(Samples { layer, per_side }))
     }
 
     /// Some objects of a frame with all that surrounds them, in the whole

@@ -9,6 +9,7 @@
 mod chunk;
 mod execution;
 mod ground;
+mod influenced;
 mod joint;
 mod schedule;
 mod slots;

@@ -168,18 +168,15 @@ impl Queue {
     /// What the frames of a period begin with, when its joints are done; `None`
     /// where one failed.
     fn ground<'o>(&self, execution: &Execution<'_>, open: &'o Open) -> Option<&'o PeriodGround> {
-        let decor = match &open.before {
-            Some(slot) => self.wait_for(slot)?.decor.clone(),
-            None => None,
+        let joint = |slot: &'o Option<Arc<JointSlot>>| match slot {
+            Some(slot) => self.wait_for(slot).map(Some),
+            None => Some(None),
         };
-        let target = match &open.after {
-            Some(slot) => self.wait_for(slot)?.target.clone(),
-            None => None,
-        };
+        let (begins, ends) = (joint(&open.before)?, joint(&open.after)?);
         let period = execution.period(open.period);
         Some(
             open.ground
-                .get_or_init(|| execution.ground(period, decor, target)),
+                .get_or_init(|| execution.ground(period, begins, ends)),
         )
     }
 

@@ -115,7 +115,7 @@ impl PovRay {
     /// # Errors
     /// [`AdapterError::BadInput`] where the declarations place something.
     pub fn arrival_text(&self, request: &ArrivalRequest<'_>) -> Result<SceneText, AdapterError> {
-        Ok(Arrival::new(request).text(&self.writer(request.includes)?))
+        Ok(Arrival::new(request).text(&self.writer(request.includes, None)?))
     }
 
     /// Where layers are read from.
@@ -123,19 +123,31 @@ impl PovRay {
         self.source
     }
 
-    fn writer(&self, includes: &[NativeFile]) -> Result<Writer<'_>, AdapterError> {
+    fn writer(
+        &self,
+        includes: &[NativeFile],
+        sky: Option<&NativeFile>,
+    ) -> Result<Writer<'_>, AdapterError> {
         let around = survey::around(includes, None, &self.library)?;
+        // Media, photons and the like treat the lights of a group in another way.
+        let confined = survey::around(includes, sky, &self.library)?
+            .unlayerable
+            .is_none();
         Ok(Writer {
             library: &self.library,
             precision: self.source.precision(),
             default_changed: around.default,
             stateful: around.stateful,
+            light_group: confined,
         })
     }
 
     fn request_writer(&self, request: &LayerRequest<'_>) -> Result<Writer<'_>, AdapterError> {
         let scene = request.shots.first().map(|shot| &shot.scene);
-        self.writer(scene.map_or(&[], |scene| &scene.includes))
+        match scene {
+            Some(scene) => self.writer(&scene.includes, scene.sky.as_ref()),
+            None => self.writer(&[], None),
+        }
     }
 }
 
@@ -228,7 +240,7 @@ impl Adapter for PovRay {
         request: &ArrivalRequest<'_>,
         run: &RunContext,
     ) -> Result<Vec<Vec<[f32; 3]>>, AdapterError> {
-        let writer = self.writer(request.includes)?;
+        let writer = self.writer(request.includes, None)?;
         Arrival::new(request).run(&self.program, self.source, &writer, run)
     }
 
@@ -267,7 +279,7 @@ impl Adapter for PovRay {
             return Ok(Vec::new());
         };
         let numbering = Numbering::of_film(request.film, *first, request.frames.len());
-        let text = self.writer(&scene.includes)?.whole(
+        let text = self.writer(&scene.includes, scene.sky.as_ref())?.whole(
             request.prototypes,
             request.size,
             &request.frames,

@@ -146,6 +146,12 @@ pub struct Writer<'a> {
     /// Do declarations keep a state (random numbers, macros that count)? Then
     /// every call reads every fragment, so that it is the same in all of them.
     pub stateful: bool,
+    /// May lights stand in a group around everything? Outside of one, POV-Ray
+    /// tries the object first that cast the last shadow, and then overlooks
+    /// less: whether a point lies in a shadow depends on what its thread traced
+    /// before, in single pixels near edges. The lights of a group have no such
+    /// memory, and the picture depends on the scene alone.
+    pub light_group: bool,
 }
 
 /// What the frames of one call share.
@@ -322,22 +328,23 @@ impl Writer<'_> {
 
     /// Lights and placed objects.
     fn contents(&self, prototypes: &PrototypeTable, scene: &Scene, pass: &Pass) -> String {
-        let mut text = String::new();
-        if pass.lit {
-            for one in &scene.lights {
-                text.push_str(&light::light(one));
-            }
+        let mut objects = placed_all(prototypes, &scene.instances, &pass.modifiers);
+        if !pass.lit {
+            return objects;
         }
-        text.push_str(&placed_all(prototypes, &scene.instances, &pass.modifiers));
-        if pass.lit {
-            let modifiers = format!("{} no_image", pass.modifiers);
-            text.push_str(&placed_all(
-                prototypes,
-                &scene.hidden,
-                modifiers.trim_start(),
-            ));
+        let modifiers = format!("{} no_image", pass.modifiers);
+        objects.push_str(&placed_all(
+            prototypes,
+            &scene.hidden,
+            modifiers.trim_start(),
+        ));
+        let lights: String = scene.lights.iter().map(light::light).collect();
+        let grouped = self.light_group && scene.shadows && !lights.is_empty();
+        if grouped && !objects.is_empty() {
+            format!("light_group {{\n{lights}{objects}global_lights off }}\n")
+        } else {
+            lights + &objects
         }
-        text
     }
 
     /// The main file with what `shared` holds, and the text of each frame.

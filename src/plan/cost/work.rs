@@ -99,6 +99,20 @@ pub struct Picture {
     pub parsed: Parsed,
 }
 
+impl Picture {
+    /// It will have so many pixels, wherever they lie.
+    fn expect(&mut self, pixels: f64, whole: Window) {
+        let share = if self.pixels > 0.0 {
+            self.covered / self.pixels
+        } else {
+            1.0
+        };
+        self.covered = share * pixels;
+        self.pixels = pixels;
+        self.window = (whole.width, whole.height);
+    }
+}
+
 /// What is done for one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameWork {
@@ -222,6 +236,7 @@ impl Work {
                     fast: windows,
                     blocks,
                     sky,
+                    shadows,
                 } => {
                     if *sky {
                         frame
@@ -234,9 +249,13 @@ impl Work {
                         frame.pictures.push(fast.picture(Pass::FastDepth, window));
                         frame.merged += window.pixels() as f64;
                     }
-                    if !blocks.is_empty() {
+                    if !blocks.is_empty() || shadows.is_some() {
                         let windows: Vec<Window> = blocks.windows().collect();
-                        frame.pictures.push(scene.blocks(&windows));
+                        let mut picture = scene.blocks(&windows);
+                        if let Some(shadows) = shadows {
+                            picture.expect(shadows.expected_pixels, whole);
+                        }
+                        frame.pictures.push(picture);
                     }
                     let patched: f64 = frame
                         .pictures
@@ -286,7 +305,9 @@ fn target_share(period: &Period) -> f64 {
 fn needs_scene(plan: &FramePlan) -> bool {
     match plan {
         FramePlan::Whole => true,
-        FramePlan::Layered { blocks, .. } => !blocks.is_empty(),
+        FramePlan::Layered {
+            blocks, shadows, ..
+        } => !blocks.is_empty() || shadows.is_some(),
     }
 }
 

@@ -1,0 +1,205 @@
+//! The blocks of a frame that what moves can influence, found when the décor's
+//! depth is known.
+
+use std::collections::{HashMap, HashSet};
+
+use decor_api::{Bounds, Layer, Optics, Window};
+
+use super::execution::Execution;
+use super::ground::PeriodGround;
+use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::influence::{Cause, Changed, Depths, Influence, Mask, Still, influence, is_slender};
+use crate::motion::screen_box;
+use crate::plan::{BlockSet, FramePlan, Mode, Period, ShadowPlan};
+
+/// The blocks of some frames that are rendered from the full scene.
+pub type Blocks = HashMap<u32, BlockSet>;
+
+/// The depth between the pixels' centres, in a picture so many times as large.
+pub struct Samples {
+    /// The depth.
+    pub layer: Layer,
+    /// How many there are along a pixel's side.
+    pub per_side: u32,
+}
+
+impl Execution<'_> {
+    /// Do the blocks of these frames depend on the décor's depth?
+    pub fn needs_ground_first(&self, period: &Period, frames: std::ops::Range<u32>) -> bool {
+        frames.into_iter().any(|number| {
+            matches!(
+                period.frames[(number - period.start) as usize],
+                FramePlan::Layered {
+                    shadows: Some(_),
+                    ..
+                }
+            )
+        })
+    }
+
+    /// The blocks of a frame: those of the plan, and those that what moves can
+    /// shade.
+    pub fn blocks_of(
+        &self,
+        period: &Period,
+        number: u32,
+        ground: Option<&PeriodGround>,
+    ) -> BlockSet {
+        let size = self.stage.size();
+        match &period.frames[(number - period.start) as usize] {
+            FramePlan::Whole => BlockSet::none(size),
+            FramePlan::Layered {
+                blocks,
+                shadows: None,
+                ..
+            } => blocks.clone(),
+            FramePlan::Layered {
+                blocks,
+                shadows: Some(shadows),
+                ..
+            } => {
+                let depth = ground.and_then(PeriodGround::depths);
+                let found = depth.and_then(|(centres, samples)| {
+                    self.influenced(period, number, *shadows, centres, samples)
+                });
+                match found {
+                    Some(found) if shadows.replaces_boxes => found,
+                    Some(found) => found.union(blocks),
+                    // Not certain is everything.
+                    None => {
+                        let mut all = BlockSet::none(size);
+                        all.insert(size.window());
+                        all
+                    }
+                }
+            }
+        }
+    }
+
+    fn influenced(
+        &self,
+        period: &Period,
+        number: u32,
+        shadows: ShadowPlan,
+        centres: &Layer,
+        samples: Option<&Samples>,
+    ) -> Option<BlockSet> {
+        let size = self.stage.size();
+        let state = self.stage.film.frame(number);
+        // The décor is seen as it was, by the observer of then.
+        let first = self.stage.film.frame(period.start);
+        let kept: HashSet<ObjectId> = period
+            .objects
+            .iter()
+            .filter(|o| o.class.in_decor())
+            .map(|o| o.object)
+            .collect();
+        let (mut changed, mut optical, mut slender) = (Vec::new(), Vec::new(), Vec::new());
+        for object in &state.objects {
+            if !kept.contains(&object.id) {
+                let prototype = self.stage.prototype(object);
+                changed.push(Changed::placed(prototype, &object.pose));
+            }
+        }
+        for object in first.objects.iter().filter(|o| kept.contains(&o.id)) {
+            let prototype = self.stage.prototype(object);
+            let bounds = prototype.bounds.posed(&object.pose);
+            if self.is_optical(object) {
+                optical.push(screen_box(&bounds, &first.camera, size).window());
+            }
+            if samples.is_none() && is_slender(prototype, &object.pose, &first.camera, size) {
+                slender.push(bounds);
+            }
+        }
+        let antialiased = state.antialias.is_some();
+        let still = Still {
+            camera: &first.camera,
+            size,
+            lights: state.lights,
+            shadows: state.shadows,
+            antialiased,
+            depths: match samples {
+                Some(samples) if antialiased => {
+                    Depths::with_samples(centres, &samples.layer, samples.per_side)
+                }
+                _ => Depths::at_centres(centres),
+            },
+            optical: &optical,
+            slender: if antialiased { &slender } else { &[] },
+        };
+        match influence(&still, &changed, None) {
+            Influence::Everything(_) => None,
+            Influence::Confined(mask) if shadows.replaces_boxes && period.threshold_px <= 0.0 => {
+                // POV-Ray compares the pixels of a block's first row and column
+                // with those before them.
+                Some(mask.dilated().blocks())
+            }
+            Influence::Confined(mask) => {
+                let mut blocks = self.shaded(&mask, &first, &state, period.threshold_px);
+                if shadows.replaces_boxes {
+                    // The observer may have moved since: what is seen is where it
+                    // is seen now.
+                    for object in state.objects.iter().filter(|o| !kept.contains(&o.id)) {
+                        let bounds: Bounds =
+                            self.stage.prototype(object).bounds.posed(&object.pose);
+                        blocks.insert(screen_box(&bounds, &state.camera, size).window());
+                    }
+                    for window in &optical {
+                        blocks.insert(*window);
+                    }
+                    for object in state.objects.iter().filter(|o| self.is_optical(o)) {
+                        let bounds: Bounds =
+                            self.stage.prototype(object).bounds.posed(&object.pose);
+                        blocks.insert(screen_box(&bounds, &state.camera, size).window());
+                    }
+                }
+                Some(blocks)
+            }
+        }
+    }
+
+    /// The blocks that may be shaded, where surfaces may have moved by the
+    /// threshold since their depth was measured.
+    fn shaded(
+        &self,
+        mask: &Mask,
+        first: &FrameState<'_>,
+        state: &FrameState<'_>,
+        threshold_px: f64,
+    ) -> BlockSet {
+        let size = self.stage.size();
+        let rests = first.camera == state.camera && threshold_px <= 0.0;
+        let around = 1 + if rests { 0 } else { threshold_px.ceil().min(1e6) as u32 };
+        let mut blocks = BlockSet::none(size);
+        for y in 0..size.height {
+            let mut x = 0;
+            while x < size.width {
+                if !mask.has(x, y, Cause::Shadowed) {
+                    x += 1;
+                    continue;
+                }
+                let start = x;
+                while x < size.width && mask.has(x, y, Cause::Shadowed) {
+                    x += 1;
+                }
+                blocks.insert(
+                    Window {
+                        x: start.saturating_sub(around),
+                        y: y.saturating_sub(around),
+                        width: x - start + 2 * around,
+                        height: 1 + 2 * around,
+                    }
+                    .intersection(size.window()),
+                );
+            }
+        }
+        blocks
+    }
+
+    /// May what is seen of the object depend on others?
+    pub fn is_optical(&self, object: &ObjectState<'_>) -> bool {
+        self.stage.adapter.abilities().optics
+            && self.plan.wishes.mode != Mode::Preview
+            && self.stage.prototype(object).optics != Optics::Opaque
+    }
+}
