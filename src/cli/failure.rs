@@ -9,6 +9,7 @@ use miette::Diagnostic;
 
 use crate::animation::AnimationError;
 use crate::frames::WriteError;
+use crate::job::JobError;
 use crate::plan::PlanError;
 use crate::render::RenderError;
 use crate::stage::StageError;
@@ -228,6 +229,16 @@ impl From<RenderError> for Failure {
             RenderError::Adapter(error) => error.into(),
             RenderError::Write(error) => error.into(),
             RenderError::Folder { .. } => Self::of_error(Status::Write, error),
+        }
+    }
+}
+
+impl From<JobError> for Failure {
+    fn from(error: JobError) -> Self {
+        match error {
+            JobError::Plan(error) => error.into(),
+            JobError::Render(error) => error.into(),
+            JobError::Write(error) => error.into(),
         }
     }
 }

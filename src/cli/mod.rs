@@ -16,7 +16,6 @@ mod doctor;
 mod explain;
 mod failure;
 mod film_args;
-mod job_log;
 mod manual;
 mod plain;
 mod plan;
