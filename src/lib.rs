@@ -69,4 +69,5 @@ pub mod renderers;
 pub mod report;
 pub mod segmentation;
 pub mod stage;
+pub mod stream;
 pub mod verify;

@@ -93,6 +93,18 @@ impl Failure {
         )
     }
 
+    /// Stdin could not be read.
+    pub fn read_stdin(source: std::io::Error) -> Self {
+        let message = "stdin cannot be read".to_owned();
+        Self::new(
+            Status::BadInput,
+            Words {
+                message,
+                source: Some(Box::new(source)),
+            },
+        )
+    }
+
     /// Something that cannot happen did.
     pub fn internal(error: impl Error + Send + Sync + 'static) -> Self {
         let message = "decor itself failed: please report this".to_owned();

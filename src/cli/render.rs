@@ -100,7 +100,7 @@ impl VerifyArgs {
 
 /// A picture format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
+pub(super) enum Format {
     /// 8 bits a channel.
     Png,
     /// 16 bits a channel.
@@ -110,7 +110,7 @@ enum Format {
 }
 
 impl Format {
-    fn picture(self) -> PictureFormat {
+    pub(super) fn picture(self) -> PictureFormat {
         match self {
             Self::Png => PictureFormat::Png,
             Self::Png16 => PictureFormat::Png16,
