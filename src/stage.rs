@@ -48,9 +48,16 @@ pub struct Stage {
     /// The film.
     pub film: Film,
     /// Its objects.
-    pub library: Library,
+    pub library: Arc<Library>,
     /// The renderer.
     pub adapter: Arc<dyn Adapter>,
+    props: Arc<Props>,
+    /// The first and last frame of all, where that is known.
+    span: Option<(u32, u32)>,
+}
+
+/// What a film names. The scenes of a stream share it.
+struct Props {
     /// The prototype of every description, by its number.
     prototypes: Vec<PrototypeId>,
     includes: Vec<NativeFile>,
@@ -112,15 +119,89 @@ impl Stage {
             run,
         )?;
         let prototypes = paths.iter().map(|path| library.by_path[path]).collect();
+        let span = Some((*film.frames().start(), *film.frames().end()));
         Ok(Self {
             film,
-            library,
+            library: Arc::new(library),
             adapter,
-            prototypes,
-            includes,
-            skies,
-            surroundings,
+            props: Arc::new(Props {
+                prototypes,
+                includes,
+                skies,
+                surroundings,
+            }),
+            span,
         })
+    }
+
+    /// The stage of a later scene of the same stream, with its first and last
+    /// frame where they are known. Only what the stream had not named before is
+    /// read: then everything is read again.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn follow(
+        before: Option<&Self>,
+        film: Film,
+        span: Option<(u32, u32)>,
+        adapter: Arc<dyn Adapter>,
+        allow_outside: bool,
+        cache: &Cache,
+        run: &RunContext,
+    ) -> Result<Self, StageError> {
+        let stage = match before {
+            // A stream's tables only grow.
+            Some(before) if before.has_all(&film) => Self {
+                film,
+                library: Arc::clone(&before.library),
+                adapter,
+                props: Arc::clone(&before.props),
+                span,
+            },
+            _ => Self::set(film, adapter, allow_outside, cache, run)?,
+        };
+        Ok(Self { span, ..stage })
+    }
+
+    /// Was all that `film` names read for this stage?
+    fn has_all(&self, film: &Film) -> bool {
+        let known = |sky: &NamedFile| self.props.skies.iter().any(|(path, _)| path == sky.file());
+        let mut numbers = film.scene_numbers();
+        self.props.prototypes.len() == film.descriptions().len()
+            && self.props.includes.len() == film.includes().count()
+            && numbers.all(|number| film.frame(number).sky.is_none_or(known))
+    }
+
+    /// Is what both stages name the same, to the byte? An earlier stage of the
+    /// same stream may name less.
+    pub fn same_props(&self, earlier: &Self) -> bool {
+        if Arc::ptr_eq(&self.props, &earlier.props) {
+            return true;
+        }
+        let hash = |stage: &Self, id: PrototypeId| stage.library.table.get(id).hash.clone();
+        let (ours, theirs) = (&self.props, &earlier.props);
+        let texts = |files: &[NativeFile]| files.iter().map(fragment_hash).collect::<Vec<_>>();
+        let sky = |props: &Props, path: &Path| {
+            let found = props.skies.iter().find(|(sky, _)| sky == path);
+            found.map(|(_, file)| fragment_hash(file))
+        };
+        texts(&ours.includes) == texts(&theirs.includes)
+            && theirs
+                .prototypes
+                .iter()
+                .zip(&ours.prototypes)
+                .all(|(a, b)| hash(earlier, *a) == hash(self, *b))
+            && theirs
+                .skies
+                .iter()
+                .filter_map(|(path, file)| Some((sky(ours, path)?, fragment_hash(file))))
+                .all(|(a, b)| a == b)
+    }
+
+    /// The first and last frame of the film, for what goes by a clock; `None`
+    /// for a stream that did not state how long it is.
+    pub fn span(&self) -> Option<(u32, u32)> {
+        self.span
     }
 
     /// The size of the pictures.
@@ -135,7 +216,7 @@ impl Stage {
 
     /// The prototype of an object in a frame.
     pub fn prototype_id(&self, object: &ObjectState<'_>) -> PrototypeId {
-        self.prototypes[object.description.0 as usize]
+        self.props.prototypes[object.description.0 as usize]
     }
 
     /// The prototype of an object in a frame.
@@ -147,11 +228,12 @@ impl Stage {
     pub fn surroundings(&self, state: &FrameState<'_>) -> &Surroundings {
         let sky = state.sky.map(NamedFile::file);
         let found = self
+            .props
             .surroundings
             .iter()
             .find(|(path, _)| path.as_deref() == sky);
         // Every sky of the film was looked at; without one, the first entry is it.
-        &found.unwrap_or(&self.surroundings[0]).1
+        &found.unwrap_or(&self.props.surroundings[0]).1
     }
 
     /// The scene of a frame with those of its objects that `select` takes.
@@ -170,7 +252,8 @@ impl Stage {
             })
             .collect();
         let sky = state.sky.and_then(|sky| {
-            self.skies
+            self.props
+                .skies
                 .iter()
                 .find(|(path, _)| path == sky.file())
                 .map(|(_, file)| file.clone())
@@ -180,7 +263,7 @@ impl Stage {
             lights: state.lights.to_vec(),
             shadows: state.shadows,
             background: state.background,
-            includes: self.includes.clone(),
+            includes: self.props.includes.clone(),
             sky,
             instances,
             hidden: Vec::new(),
@@ -199,19 +282,22 @@ impl Stage {
         for (_, prototype) in self.library.table.iter() {
             add(prototype.hash.as_bytes());
         }
-        let skies = self.skies.iter().map(|(_, file)| file);
-        for file in self.includes.iter().chain(skies) {
-            // With all the files that it reads in turn.
-            let fragment = Fragment {
-                file: file.clone(),
-                language: "inc".into(),
-            };
-            add(content_hash(&fragment).as_bytes());
+        let skies = self.props.skies.iter().map(|(_, file)| file);
+        for file in self.props.includes.iter().chain(skies) {
+            add(fragment_hash(file).as_bytes());
         }
         add(self.adapter.name().as_bytes());
         add(self.adapter.abilities().version.as_bytes());
         hasher.finalize().to_hex().to_string()
     }
+}
+
+/// The hash of a file with all the files that it reads in turn.
+fn fragment_hash(file: &NativeFile) -> String {
+    content_hash(&Fragment {
+        file: file.clone(),
+        language: "inc".into(),
+    })
 }
 
 fn read_native(file: &NamedFile, root: &Path) -> Result<NativeFile, StageError> {

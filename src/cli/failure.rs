@@ -9,6 +9,7 @@ use miette::Diagnostic;
 
 use crate::animation::AnimationError;
 use crate::frames::WriteError;
+use crate::job::JobError;
 use crate::plan::PlanError;
 use crate::render::RenderError;
 use crate::stage::StageError;
@@ -85,6 +86,18 @@ impl Failure {
         let message = format!("{} cannot be written", path.display());
         Self::new(
             Status::Write,
+            Words {
+                message,
+                source: Some(Box::new(source)),
+            },
+        )
+    }
+
+    /// Stdin could not be read.
+    pub fn read_stdin(source: std::io::Error) -> Self {
+        let message = "stdin cannot be read".to_owned();
+        Self::new(
+            Status::BadInput,
             Words {
                 message,
                 source: Some(Box::new(source)),
@@ -228,6 +241,16 @@ impl From<RenderError> for Failure {
             RenderError::Adapter(error) => error.into(),
             RenderError::Write(error) => error.into(),
             RenderError::Folder { .. } => Self::of_error(Status::Write, error),
+        }
+    }
+}
+
+impl From<JobError> for Failure {
+    fn from(error: JobError) -> Self {
+        match error {
+            JobError::Plan(error) => error.into(),
+            JobError::Render(error) => error.into(),
+            JobError::Write(error) => error.into(),
         }
     }
 }

@@ -16,12 +16,12 @@ mod doctor;
 mod explain;
 mod failure;
 mod film_args;
-mod job_log;
 mod manual;
 mod plain;
 mod plan;
 mod progress;
 mod render;
+mod stream;
 
 use clap::{Parser, Subcommand};
 
@@ -56,6 +56,8 @@ enum Verb {
     Explain(explain::ExplainArgs),
     /// Compare two pictures, or two folders of frames.
     Compare(compare::CompareArgs),
+    /// Render scenes from stdin as they arrive.
+    Stream(stream::StreamArgs),
     /// Turn a film from one form (.anim, .jsonl) into the other.
     Convert(convert::ConvertArgs),
     /// List the adapters and their abilities.
@@ -88,6 +90,7 @@ pub fn run() -> u8 {
         Verb::Plan(args) => plan::run(args),
         Verb::Explain(args) => explain::run(args),
         Verb::Compare(args) => return compare::run(args, &mut std::io::stdout().lock()),
+        Verb::Stream(args) => stream::run(args, cli.quiet),
         Verb::Convert(args) => convert::run(args),
         Verb::Adapters(args) => adapters::run(args),
         Verb::Doctor(args) => doctor::run(args),

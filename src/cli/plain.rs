@@ -10,7 +10,7 @@ use decor_povray::plain::{Order, PlainScene, is_plain};
 use serde::Serialize;
 
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
-use super::job_log::{JobLog, finished};
+use crate::job::log::{JobLog, finished};
 use super::progress::Progress;
 use super::{Failure, Status, print_json};
 use crate::animation::write_apng;

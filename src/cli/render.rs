@@ -1,27 +1,25 @@
 //! `decor render`: a film's frames.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
 use clap::{Args, ValueEnum};
-use decor_api::{Baseline, PictureFormat, RunContext, Tally};
+use decor_api::PictureFormat;
 use serde::Serialize;
 
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
-use super::job_log::{JOB_FILE, JobLog, finished};
 use super::plain::{self, PlainArgs};
 use super::progress::Progress;
-use super::{Failure, Status, print_json};
+use super::{Failure, Status, compare, print_json};
 use crate::animation::write_apng;
+use crate::compare::verdict::Limit;
 use crate::frames::{name, write_safely};
-use crate::objects::Cache;
-use crate::plan::{CostsFrom, Mode, Plan, Prediction, Price, Wishes, jobs, plan, whole_work};
-use crate::probe::{self, Probed};
-use crate::render::{Options, TracedPixels, WorkFolder, render};
-use crate::report::{Clock, Summary, period_summaries};
+use crate::job::{Job, Watch};
+use crate::plan::{Mode, plan};
+use crate::report::{Clock, Summary};
 use crate::stage::Stage;
+use crate::verify::{Verified, default_limit, verify};
 
 /// Render a film.
 #[derive(Debug, Args)]
@@ -42,8 +40,10 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
     /// Frame by frame by the stock renderer: one plain call over the film.
-    #[arg(long, conflicts_with_all = ["mode", "threshold", "period", "jobs", "resume"])]
+    #[arg(long, conflicts_with_all = ["mode", "threshold", "period", "jobs", "resume", "verify"])]
     baseline: bool,
+    #[command(flatten)]
+    verify: VerifyArgs,
     /// The format of the frames [default: png; of a plain POV-Ray scene, its own].
     #[arg(long, value_enum)]
     format: Option<Format>,
@@ -71,9 +71,36 @@ pub struct RenderArgs {
     json: bool,
 }
 
+/// Which frames are rendered plainly too, and what is tolerated of them.
+#[derive(Debug, Args)]
+struct VerifyArgs {
+    /// Render N frames plainly too, first and last ones of periods and middles,
+    /// and compare: status 1 where one is outside the tolerance.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    verify: Option<u16>,
+    /// A pixel differs where a channel differs by more than this [default: 0 in
+    /// the modes full and exact, else 0.016].
+    #[arg(long, value_name = "T", value_parser = compare::tolerance, requires = "verify")]
+    verify_fail: Option<f64>,
+    /// So many percent of a frame's pixels may differ [default: 0 in the modes full
+    /// and exact, else 1].
+    #[arg(long, value_name = "P", value_parser = compare::percent, requires = "verify")]
+    verify_fail_percent: Option<f64>,
+}
+
+impl VerifyArgs {
+    fn limit(&self, mode: Mode) -> Limit {
+        let usual = default_limit(mode);
+        Limit {
+            level: self.verify_fail.unwrap_or(usual.level),
+            percent: self.verify_fail_percent.unwrap_or(usual.percent),
+        }
+    }
+}
+
 /// A picture format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
+pub(super) enum Format {
     /// 8 bits a channel.
     Png,
     /// 16 bits a channel.
@@ -83,19 +110,11 @@ enum Format {
 }
 
 impl Format {
-    fn picture(self) -> PictureFormat {
+    pub(super) fn picture(self) -> PictureFormat {
         match self {
             Self::Png => PictureFormat::Png,
             Self::Png16 => PictureFormat::Png16,
             Self::Exr => PictureFormat::Exr,
-        }
-    }
-
-    fn text(self) -> &'static str {
-        match self {
-            Self::Png => "png",
-            Self::Png16 => "png16",
-            Self::Exr => "exr",
         }
     }
 }
@@ -103,6 +122,20 @@ impl Format {
 impl RenderArgs {
     fn format(&self) -> Format {
         self.format.unwrap_or(Format::Png)
+    }
+
+    fn job(&self, cancel: &Arc<AtomicBool>) -> Job {
+        Job {
+            film: self.film.film.display().to_string(),
+            out: self.out.clone(),
+            format: self.format().picture(),
+            jobs: self.jobs.map(usize::from),
+            seed: self.seed,
+            resume: self.resume,
+            keep: self.keep.clone(),
+            timeout: self.film.timeout(),
+            cancel: Arc::clone(cancel),
+        }
     }
 
     /// What concerns a plain POV-Ray scene.
@@ -135,6 +168,11 @@ struct FrameLine<'a> {
 /// Runs the verb.
 pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
     if plain::names_plain(&args.film) {
+        if args.verify.verify.is_some() {
+            return Err(Failure::usage(
+                "--verify compares with frame by frame, which a plain POV-Ray scene is rendered by",
+            ));
+        }
         return plain::run(&args.plain(quiet));
     }
     if args.apng.is_some() && args.format() == Format::Exr {
@@ -146,10 +184,16 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
     let frames = args.film.wanted(&stage.film);
+    let job = args.job(&cancel);
+    let watch = Shown {
+        json: args.json,
+        quiet,
+        progress: OnceLock::new(),
+    };
     let summary = if args.baseline {
-        baseline(args, &stage, frames, &cancel, &clock)?
+        job.stock(&stage, frames, &clock, &watch)?
     } else {
-        layered(args, &stage, frames, &cancel, &clock, quiet)?
+        layered(args, &stage, frames, &job, &clock, &watch)?
     };
     let text = serde_json::to_string_pretty(&summary).map_err(Failure::internal)? + "\n";
     write_safely(&args.out.join("decor.json"), text.as_bytes())?;
@@ -165,223 +209,66 @@ pub fn run(args: &RenderArgs, quiet: bool) -> Result<Status, Failure> {
     } else if !quiet {
         tell(&summary, &args.out);
     }
-    Ok(Status::Done)
+    let passed = summary.verified.as_ref().is_none_or(|v| v.passed);
+    Ok(if passed {
+        Status::Done
+    } else {
+        Status::Verification
+    })
 }
 
 fn layered(
     args: &RenderArgs,
     stage: &Stage,
     frames: (u32, u32),
-    cancel: &Arc<AtomicBool>,
+    job: &Job,
     clock: &Clock,
-    quiet: bool,
+    watch: &Shown,
 ) -> Result<Summary, Failure> {
-    let format = args.format().picture();
-    let wishes = args.wishes.wishes(frames, format == PictureFormat::Exr);
-    let (plan, probed) = planned(args, stage, wishes, cancel)?;
-    let mut summary = describe(args, stage, frames);
-    summary.mode = plan.wishes.mode.to_string();
-    summary.threshold_px = plan.wishes.threshold_px;
-    summary.periods = period_summaries(&plan);
-    summary.fallback = plan.is_fallback();
-    // Other periods have other frames.
-    let starts: Vec<(u32, u32)> = plan.periods.iter().map(|p| (p.start, p.len())).collect();
-    let job = blake3::hash(format!("{} {starts:?}", summary.job).as_bytes());
-    summary.job = job.to_hex().to_string();
-    let jobs_at_once = args.jobs.map_or_else(|| jobs(stage), usize::from);
-    let works = plan.works(stage);
-    let price = probed.costs.film(&works, jobs_at_once, probe::cores());
-    let whole = whole_work(stage, &plan.wishes);
-    let stock = probed.costs.stock(&whole, probe::cores());
-    let prediction = Prediction::new(probed.from, price.into_iter().sum(), stock);
-    let before = Price {
-        wall_s: clock.wall_s(),
-        cpu_s: clock.cpu_s(),
-    };
-    make_folder(&args.out)?;
-    let skip = if args.resume {
-        finished(&args.out, &summary.job, frames, &|n| name(n, format))
-    } else {
-        BTreeSet::new()
-    };
-    // What is there belongs to this job from now on, also if it is interrupted.
-    let log = JobLog::begin(&args.out, &summary.job, &skip)?;
-    let options = Options {
-        out: args.out.clone(),
-        format,
-        jobs: args.jobs.map(usize::from),
-        keep: args.keep.clone(),
-        timeout: args.film.timeout(),
-        seed: args.seed,
-        cancel: Arc::clone(cancel),
-        skip,
-    };
-    let left = u64::from(frames.1 - frames.0 + 1) - options.skip.len() as u64;
-    let progress = Progress::new(left, quiet || args.json);
-    let watch = |frame: u32, file: &Path| {
-        progress.frame();
-        log.finished(frame);
-        if args.json {
+    let wishes = args.wishes.wishes(frames, job.format == PictureFormat::Exr);
+    let probed = job.costs(stage, &wishes)?;
+    let plan = plan(stage, wishes, &probed.costs)?;
+    let summary = job.execute(stage, &plan, &probed, clock, watch);
+    watch.finish();
+    let mut summary = summary?;
+    if let Some(count) = args.verify.verify {
+        let limit = args.verify.limit(plan.wishes.mode);
+        let wanted = (usize::from(count), limit);
+        summary.verified = Some(verify(stage, &plan, &probed, job, wanted)?);
+    }
+    Ok(summary)
+}
+
+/// Shows finished frames: as lines of JSON, or how many there are.
+struct Shown {
+    json: bool,
+    quiet: bool,
+    progress: OnceLock<Progress>,
+}
+
+impl Shown {
+    fn finish(&self) {
+        if let Some(progress) = self.progress.get() {
+            progress.finish();
+        }
+    }
+}
+
+impl Watch for Shown {
+    fn begins(&self, frames: u64) {
+        let quiet = self.quiet || self.json;
+        self.progress.get_or_init(|| Progress::new(frames, quiet));
+    }
+
+    fn frame(&self, frame: u32, file: &Path) {
+        if let Some(progress) = self.progress.get() {
+            progress.frame();
+        }
+        if self.json {
             // A reader that went away is found out at the end, by the summary.
             let _ = print_json(&FrameLine { frame, file });
         }
-    };
-    let done = render(stage, &plan, &options, &watch);
-    progress.finish();
-    let done = done?;
-    // Only an interrupted run needs it.
-    log.end();
-    summary.frames_kept = options.skip.len() as u64;
-    summary.renderer_calls = done.calls;
-    summary.renderer_frames = done.pictures;
-    summary.pixels_traced = done.traced;
-    (summary.wall_s, summary.cpu_s) = (clock.wall_s(), clock.cpu_s());
-    summary.prediction = Some(prediction.measured(Price {
-        wall_s: summary.wall_s - before.wall_s,
-        cpu_s: summary.cpu_s - before.cpu_s,
-    }));
-    Ok(summary)
-}
-
-/// The plan, with costs that were measured where that pays.
-fn planned(
-    args: &RenderArgs,
-    stage: &Stage,
-    wishes: Wishes,
-    cancel: &Arc<AtomicBool>,
-) -> Result<(Plan, Probed), Failure> {
-    let cache = Cache::open();
-    let mut probed = probe::known(stage, &cache);
-    let first = plan(stage, wishes.clone(), &probed.costs)?;
-    let measures = wishes.mode != Mode::Full
-        && probed.from == CostsFrom::BuiltIn
-        && probe::worth_probing(stage, &wishes);
-    if !measures {
-        return Ok((first, probed));
     }
-    let work = WorkFolder::new(None)?;
-    let mut run = RunContext::new(&work.path);
-    run.timeout = args.film.timeout();
-    run.cancel = Arc::clone(cancel);
-    probed = probe::probe(stage, &first, &cache, &run)?;
-    Ok((plan(stage, wishes, &probed.costs)?, probed))
-}
-
-fn baseline(
-    args: &RenderArgs,
-    stage: &Stage,
-    frames: (u32, u32),
-    cancel: &Arc<AtomicBool>,
-    clock: &Clock,
-) -> Result<Summary, Failure> {
-    let film = (*stage.film.frames().start(), *stage.film.frames().end());
-    if frames.0 < film.0 || frames.1 > film.1 {
-        return Err(crate::plan::PlanError::NoSuchFrames {
-            film,
-            asked: frames,
-        }
-        .into());
-    }
-    let format = args.format().picture();
-    let request = Baseline {
-        prototypes: &stage.library.table,
-        size: stage.size(),
-        antialias: stage.antialias(),
-        film,
-        frames: (frames.0..=frames.1)
-            .map(|n| (n, Arc::new(stage.scene(&stage.film.frame(n), |_| true))))
-            .collect(),
-        format,
-    };
-    let work = WorkFolder::new(args.keep.as_deref())?;
-    let tally = Arc::new(Tally::default());
-    let run = RunContext {
-        work: work.path.clone(),
-        keep: args.keep.is_some(),
-        timeout: args.film.timeout(),
-        threads: None,
-        cancel: Arc::clone(cancel),
-        tally: Arc::clone(&tally),
-    };
-    let files = stage.adapter.baseline(&request, &run)?;
-    make_folder(&args.out)?;
-    // What an interrupted run has noted is written over now.
-    let _ = std::fs::remove_file(args.out.join(JOB_FILE));
-    for (number, file) in files {
-        let bytes = std::fs::read(&file).map_err(|source| {
-            Failure::from(decor_api::AdapterError::BadOutput {
-                program: stage.adapter.name().into(),
-                file: file.clone(),
-                reason: source.to_string(),
-            })
-        })?;
-        let path = args.out.join(name(number, format));
-        write_safely(&path, &bytes)?;
-        // The copy is in place; the original would be a second film on the disk.
-        let _ = std::fs::remove_file(&file);
-        if args.json {
-            print_json(&FrameLine {
-                frame: number,
-                file: &path,
-            })?;
-        }
-    }
-    let mut summary = describe(args, stage, frames);
-    summary.mode = "baseline".into();
-    (summary.renderer_calls, summary.renderer_frames) = tally.read();
-    summary.pixels_traced = TracedPixels {
-        whole: summary.pixels_full,
-        ..Default::default()
-    };
-    (summary.wall_s, summary.cpu_s) = (clock.wall_s(), clock.cpu_s());
-    Ok(summary)
-}
-
-/// A summary of what is about to be done.
-fn describe(args: &RenderArgs, stage: &Stage, frames: (u32, u32)) -> Summary {
-    let size = stage.size();
-    let count = u64::from(frames.1 - frames.0 + 1);
-    let abilities = stage.adapter.abilities();
-    let mode = args.wishes.mode.unwrap_or(Mode::Equivalent);
-    let job = blake3::hash(
-        format!(
-            "{} {} {} {:?} {}",
-            args.seed,
-            args.baseline,
-            stage.key(),
-            args.wishes.wishes(frames, args.format() == Format::Exr),
-            args.format().text()
-        )
-        .as_bytes(),
-    );
-    Summary {
-        decor: env!("CARGO_PKG_VERSION").into(),
-        film: args.film.film.display().to_string(),
-        frames: count,
-        frames_kept: 0,
-        first_frame: frames.0,
-        width: size.width,
-        height: size.height,
-        renderer: stage.adapter.name().into(),
-        renderer_version: abilities.version.clone(),
-        mode: mode.to_string(),
-        threshold_px: 0.0,
-        format: args.format().text().into(),
-        periods: Vec::new(),
-        wall_s: 0.0,
-        cpu_s: 0.0,
-        renderer_calls: 0,
-        renderer_frames: 0,
-        pixels_traced: TracedPixels::default(),
-        pixels_full: count * size.pixels() as u64,
-        prediction: None,
-        fallback: false,
-        job: job.to_hex().to_string(),
-    }
-}
-
-fn make_folder(path: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(path).map_err(|source| Failure::write(path, source))
 }
 
 fn tell(summary: &Summary, out: &Path) {
@@ -398,6 +285,9 @@ fn tell(summary: &Summary, out: &Path) {
         summary.cpu_s,
         summary.renderer_calls,
     );
+    if let Some(verified) = &summary.verified {
+        eprintln!("decor: {}", verdict(verified));
+    }
     let mut reasons: Vec<&String> = summary
         .periods
         .iter()
@@ -408,5 +298,27 @@ fn tell(summary: &Summary, out: &Path) {
         for reason in reasons.into_iter().take(3) {
             eprintln!("decor: rendered frame by frame: {reason}");
         }
+    }
+}
+
+/// A verification in words.
+fn verdict(verified: &Verified) -> String {
+    let psnr = verified.psnr.map_or_else(
+        || "nothing differs".to_owned(),
+        |psnr| format!("PSNR {psnr:.1} dB"),
+    );
+    let words = format!(
+        "verified {} frames against plain ones in {:.1} s: largest difference {:.5}, {psnr}, {:.3} % of the pixels above {}",
+        verified.frames.len(),
+        verified.wall_s,
+        verified.max,
+        100.0 * verified.share_above,
+        verified.tolerance,
+    );
+    let failed: Vec<String> = verified.failed.iter().map(ToString::to_string).collect();
+    if verified.passed {
+        format!("{words}: passed")
+    } else {
+        format!("{words}: failed in the frames {}", failed.join(", "))
     }
 }

@@ -40,6 +40,7 @@ mod locate;
 mod mark;
 mod model;
 mod paths;
+mod predict;
 mod problem;
 mod ranges;
 mod scene_json;

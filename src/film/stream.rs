@@ -11,7 +11,7 @@ use super::frame::FrameState;
 use super::jsonl;
 use super::lines::Place;
 use super::mark::{Mark, Source};
-use super::model::{Identity, NamedFile};
+use super::model::{Film, Identity, NamedFile, Scene};
 use super::paths::Folder;
 
 /// Scenes as JSON lines, read one at a time. Only the scene at hand and the one
@@ -27,6 +27,10 @@ pub struct FilmStream {
     lines: usize,
     /// The last frame that was given out.
     shown: Option<u32>,
+    /// The first frame of all.
+    first: Option<u32>,
+    /// The last one, where it is stated.
+    last: Option<u32>,
     /// An error was given out: what follows has nothing to rest on.
     broken: bool,
 }
@@ -40,6 +44,8 @@ impl FilmStream {
             builder: Builder::new(Folder::new(folder, allow_outside)),
             lines: 0,
             shown: None,
+            first: None,
+            last: None,
             broken: false,
         }
     }
@@ -79,6 +85,10 @@ impl FilmStream {
         };
         let from = self.shown.map_or(number, |shown| shown.saturating_add(1));
         self.shown = Some(number);
+        self.first.get_or_insert(number);
+        if self.builder.images.is_some() {
+            self.last = self.builder.last();
+        }
         Ok(Some(from..=number))
     }
 
@@ -111,6 +121,43 @@ impl FilmStream {
         let scenes = self.builder.scenes();
         let scene = scenes.iter().rev().find(|scene| scene.number <= number)?;
         scene.now.state(&self.builder.interner.tables, number).ok()
+    }
+
+    /// The film from frame `number` on as far as it can be known now: its one
+    /// scene is that frame, and what follows is what velocities predict, up to
+    /// `last` or to where a prediction ends. `None` where
+    /// [`frame`](Self::frame) gives nothing.
+    ///
+    /// A velocity that was wrong about the step to the newest scene, and is
+    /// stated again, is not believed: the step itself counts in its place. So a
+    /// stream that states no velocities is predicted, too.
+    pub fn predicted(&self, number: u32, last: u32) -> Option<Film> {
+        self.frame(number)?;
+        let scenes = self.builder.scenes();
+        let at = scenes.iter().rposition(|scene| scene.number <= number)?;
+        let scene = &scenes[at];
+        let mut now = scene.now.since(number);
+        let before = at.checked_sub(1).map(|before| &scenes[before]);
+        if let Some(before) = before.filter(|_| scene.number == number) {
+            now.believe(&before.now, before.number, number);
+        }
+        let last = now.lasts(number, last.max(number));
+        Some(Film {
+            folder: self.builder.interner.folder(),
+            size: self.size()?,
+            last,
+            tables: self.builder.interner.tables.clone(),
+            scenes: vec![Scene {
+                number,
+                stated: scene.stated.clone(),
+                now,
+            }],
+        })
+    }
+
+    /// The first frame and, where the stream states how long it is, the last.
+    pub fn span(&self) -> (Option<u32>, Option<u32>) {
+        (self.first, self.last)
     }
 
     /// The size of the pictures, from the first scene on.

@@ -212,7 +212,7 @@ impl Maker<'_> {
     }
 
     /// Decides what is rendered where, frame by frame.
-    fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
+    pub fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
         let classes: HashMap<ObjectId, Class> =
             period.objects.iter().map(|o| (o.object, o.class)).collect();
         // What the décor shows of optical objects has to be drawn over.

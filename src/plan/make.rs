@@ -114,7 +114,7 @@ pub struct Maker<'a> {
 
 impl<'a> Maker<'a> {
     /// Every description of the film: a named object may change its own.
-    fn check_layerable(&self) -> Result<(), PlanError> {
+    pub fn check_layerable(&self) -> Result<(), PlanError> {
         for description in self.stage.film.descriptions() {
             let prototype = self.stage.library.by_path[description.path()];
             if let Some(reason) = &self.stage.library.table.get(prototype).unlayerable {

@@ -21,6 +21,7 @@ pub use cost::{
     Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost, Prediction,
     Price, Seen, Survey, Work, chunk_length, jobs, periods_at_once, whole_work,
 };
+pub(crate) use make::Maker;
 pub use make::{PlanError, plan};
 pub use windows::gathered;
 

@@ -244,7 +244,7 @@ impl Execution<'_> {
         let results: Vec<_> = std::thread::scope(|scope| {
             let running: Vec<_> = calls
                 .iter()
-                .map(|(pass, request)| (*pass, scope.spawn(|| self.call(request, Some(1)))))
+                .map(|(pass, request)| (*pass, scope.spawn(|| self.call(request, self.threads))))
                 .collect();
             running
                 .into_iter()
@@ -297,10 +297,8 @@ impl Execution<'_> {
         let consecutive = shots
             .windows(2)
             .all(|pair| pair[1].frame == pair[0].frame + 1);
-        let film = (pass == Pass::Whole && consecutive).then(|| {
-            let frames = self.stage.film.frames();
-            (*frames.start(), *frames.end())
-        });
+        let film = self.stage.span();
+        let film = film.filter(|_| pass == Pass::Whole && consecutive);
         LayerRequest {
             prototypes: &self.stage.library.table,
             size: self.stage.size(),

@@ -21,6 +21,8 @@ pub struct Execution<'a> {
     pub watch: Watch<'a>,
     pub written: AtomicU64,
     pub jobs: usize,
+    /// Threads of a call that renders frames; `None`: all that there are.
+    pub threads: Option<usize>,
 }
 
 impl Execution<'_> {

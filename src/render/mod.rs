@@ -14,6 +14,11 @@ mod joint;
 mod schedule;
 mod slots;
 
+pub(crate) use execution::{Execution, join};
+pub(crate) use ground::PeriodGround;
+pub(crate) use joint::Wanted;
+pub(crate) use slots::Slots;
+
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -165,6 +170,8 @@ pub fn render(
         watch,
         written: AtomicU64::new(0),
         jobs,
+        // Many calls run at once.
+        threads: Some(1),
     };
     schedule::run(&execution)?;
     let (calls, pictures) = tally.read();

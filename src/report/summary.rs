@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::plan::{End, Plan, Prediction};
 use crate::render::TracedPixels;
 use crate::segmentation::Class;
+use crate::verify::Verified;
 
 /// Objects of a period by class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -35,6 +36,9 @@ pub struct PeriodSummary {
     pub dissolves_until: Option<u32>,
     /// Why it is not longer.
     pub end: End,
+    /// Of a stream: what was not as predicted, where that ended it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
     /// Its objects.
     pub objects: ObjectCounts,
     /// Why its frames are rendered whole, where they are.
@@ -87,6 +91,8 @@ pub struct Summary {
     pub prediction: Option<Prediction>,
     /// Was frame by frame chosen in place of what was asked for?
     pub fallback: bool,
+    /// What came of the frames that were rendered plainly too, where some were.
+    pub verified: Option<Verified>,
     /// The same job has the same frames: for `--resume`.
     pub job: String,
 }
@@ -101,6 +107,7 @@ pub fn period_summaries(plan: &Plan) -> Vec<PeriodSummary> {
             threshold_px: period.threshold_px,
             dissolves_until: period.dissolve_until,
             end: period.end,
+            failed: None,
             objects: ObjectCounts {
                 immobile: period.count(Class::Immobile),
                 clipped: period.count(Class::Clipped),

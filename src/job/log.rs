@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use super::Failure;
+use crate::frames::WriteError;
 use crate::frames::write_safely;
 
 /// Where the job of an unfinished run is noted, and which frames it has
@@ -21,12 +21,15 @@ pub struct JobLog {
 
 impl JobLog {
     /// Notes the job, and the frames that are kept.
-    pub fn begin(out: &Path, job: &str, kept: &BTreeSet<u32>) -> Result<Self, Failure> {
+    pub fn begin(out: &Path, job: &str, kept: &BTreeSet<u32>) -> Result<Self, WriteError> {
         let path = out.join(JOB_FILE);
         let lines: String = kept.iter().map(|frame| format!("{frame}\n")).collect();
         write_safely(&path, format!("{job}\n{lines}").as_bytes())?;
         let file = std::fs::OpenOptions::new().append(true).open(&path);
-        let file = file.map_err(|source| Failure::write(&path, source))?;
+        let file = file.map_err(|source| WriteError::Io {
+            path: path.clone(),
+            source,
+        })?;
         Ok(Self {
             path,
             file: Mutex::new(file),
