@@ -15,6 +15,8 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use crate::shadow::Shade;
+
 /// A pixel that is the same in both pictures is never brought in.
 const STAYS: u32 = u32::MAX;
 
@@ -119,6 +121,8 @@ pub struct Backdrop<'a> {
     pub dissolve: Option<(&'a Dissolve, u32)>,
     /// What is seen where no object is, where that is not the décor's own.
     pub sky: Option<&'a Layer>,
+    /// Pixels that are in the shadow of what moves.
+    pub shade: Option<&'a Shade>,
 }
 
 impl<'a> Backdrop<'a> {
@@ -128,6 +132,7 @@ impl<'a> Backdrop<'a> {
             decor,
             dissolve: None,
             sky: None,
+            shade: None,
         }
     }
 
@@ -161,6 +166,11 @@ impl<'a> Backdrop<'a> {
                     colour[k] = colours(target)[i];
                     depth[k] = depths(target).get(i).copied().unwrap_or(f64::INFINITY);
                 }
+            }
+        }
+        if let Some(shade) = self.shade {
+            for (i, shaded) in shade.within(pixels.clone()) {
+                colour[*i as usize - from] = *shaded;
             }
         }
         if let Some(sky) = self.sky {
@@ -243,7 +253,7 @@ mod tests {
         let backdrop = Backdrop {
             decor,
             dissolve: Some((dissolve, dissolve.in_place(step))),
-            sky: None,
+            ..Backdrop::plain(decor)
         };
         backdrop.row(0, 0, &mut colour, &mut depth);
         (colour, depth)

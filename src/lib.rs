@@ -68,6 +68,7 @@ pub mod render;
 pub mod renderers;
 pub mod report;
 pub mod segmentation;
+pub mod shadow;
 pub mod stage;
 pub mod stream;
 pub mod verify;

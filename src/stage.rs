@@ -204,6 +204,11 @@ impl Stage {
         self.span
     }
 
+    /// The film's declarations.
+    pub fn includes(&self) -> &[NativeFile] {
+        &self.props.includes
+    }
+
     /// The size of the pictures.
     pub fn size(&self) -> Size {
         self.film.size()

@@ -11,7 +11,7 @@ use decor_api::{Adapter, AdapterError, RunContext};
 use super::Failure;
 use crate::film::{self, Film};
 use crate::objects::Cache;
-use crate::plan::{Budget, Mode, Wishes};
+use crate::plan::{Budget, Mode, ShadowWay, Wishes};
 use crate::segmentation::Measure;
 use crate::stage::Stage;
 use crate::{render, renderers};
@@ -64,6 +64,9 @@ pub struct PlanWishes {
     /// The largest one.
     #[arg(long, value_name = "PX", default_value_t = 16.0, value_parser = not_negative)]
     pub threshold_max: f64,
+    /// How shadows of what moves come onto the décor.
+    #[arg(long, value_enum, default_value_t = ShadowWay::Auto)]
+    pub shadows: ShadowWay,
     /// Use décors also where frame by frame would be cheaper.
     #[arg(long)]
     pub no_fallback: bool,
@@ -100,6 +103,7 @@ impl PlanWishes {
                 least_px: self.threshold_min.min(self.threshold_max),
                 most_px: self.threshold_max,
             }),
+            shadow_way: self.shadows,
             frames,
             with_depth,
             fallback: !self.no_fallback,
@@ -142,7 +146,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("a number above 0".into()),

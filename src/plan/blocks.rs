@@ -81,6 +81,12 @@ impl BlockSet {
         self.windows().map(Window::pixels).sum()
     }
 
+    /// Is pixel (x, y) in one of them?
+    pub fn has_pixel(&self, x: u32, y: u32) -> bool {
+        let number = (y / BLOCK * columns(self.size) + x / BLOCK) as usize;
+        x < self.size.width && self.bits.get(number) == Some(&true)
+    }
+
     /// Is every pixel of `window` in them?
     pub fn contains(&self, window: Window) -> bool {
         let mut all = Self::none(self.size);

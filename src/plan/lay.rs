@@ -6,7 +6,7 @@ use decor_api::{Bounds, Optics, Window};
 
 use super::make::Maker;
 use super::windows::gathered;
-use super::{BlockSet, End, FramePlan, Mode, Period, ShadowPlan, SkyMotion, WholeReason};
+use super::{BlockSet, End, FramePlan, Mode, Period, ShadowPlan, ShadowWay, SkyMotion, WholeReason};
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::influence::estimated_pixels;
 use crate::motion::{infinity_px, screen_box};
@@ -311,6 +311,7 @@ impl Maker<'_> {
         let shadows = casts.then(|| ShadowPlan {
             expected_pixels: self.shadow_pixels(state, classes, all_from_scene, &blocks),
             replaces_boxes: all_from_scene,
+            by_map: !all_from_scene && self.by_map(state),
         });
         FramePlan::Layered {
             fast: gathered(&merged, size),
@@ -338,8 +339,28 @@ impl Maker<'_> {
         let rests = !classes.values().any(|class| *class == Class::Slow);
         self.wishes.mode == Mode::Exact
             || shares_pixels
-            || casts && rests
+            || casts && rests && !self.by_map(state)
             || self.no_coverage(state)
+    }
+
+    /// Are shadow maps made? They keep what is seen of the décor, but asking for
+    /// the light at a point costs more than most scenes' pixels do: by themselves
+    /// they are chosen where pixels are dear.
+    fn by_map(&self, state: &FrameState<'_>) -> bool {
+        let can = self.abilities().ray_list
+            && self.abilities().hidden_casters
+            && self.wishes.mode == Mode::Equivalent
+            && state.antialias.is_none();
+        // Blocks have pixels that are not shaded.
+        const AROUND: f64 = 1.5;
+        let colour = self.costs.colour;
+        let by_blocks = AROUND * (colour.any_s + colour.covered_s);
+        let by_map = self.costs.arrival_s * state.lights.len() as f64;
+        can && match self.wishes.shadow_way {
+            ShadowWay::Auto => by_map < by_blocks,
+            ShadowWay::Blocks => false,
+            ShadowWay::Map => true,
+        }
     }
 
     /// About how many pixels the blocks have that what moves may shade.

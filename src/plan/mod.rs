@@ -81,6 +81,8 @@ pub struct Wishes {
     pub frames: (u32, u32),
     /// Is the depth of every frame wanted too?
     pub with_depth: bool,
+    /// How shadows of what moves come onto the décor.
+    pub shadow_way: ShadowWay,
     /// May frames be rendered whole because it is cheaper?
     pub fallback: bool,
 }
@@ -157,6 +159,23 @@ pub struct ShadowPlan {
     /// All that moves is rendered in such blocks, and nothing is merged: then
     /// they replace the frame's other blocks, which are boxes only.
     pub replaces_boxes: bool,
+    /// The light that arrives at shaded pixels is asked for, and the décor's
+    /// colours are mixed anew, in place of rendering their blocks.
+    pub by_map: bool,
+}
+
+/// How shadows of what moves come onto the décor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShadowWay {
+    /// The cheaper way.
+    #[default]
+    Auto,
+    /// Their blocks are rendered from the full scene.
+    Blocks,
+    /// The thesis's shadow map: the décor light by light, and in every frame the
+    /// light that arrives.
+    Map,
 }
 
 /// Why a period is not longer.
@@ -262,6 +281,13 @@ impl Period {
                 fast, sky, shadows, ..
             } => !fast.is_empty() || *sky || shadows.is_some(),
             FramePlan::Whole => false,
+        })
+    }
+
+    /// Is the décor needed light by light?
+    pub fn by_map(&self) -> bool {
+        self.frames.iter().any(|frame| {
+            matches!(frame, FramePlan::Layered { shadows: Some(plan), .. } if plan.by_map)
         })
     }
 

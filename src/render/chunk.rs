@@ -13,6 +13,7 @@ use super::RenderError;
 use super::execution::{Execution, join};
 use super::ground::PeriodGround;
 use super::influenced::Blocks;
+use super::shading::Shades;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::influence::may_shade;
 use crate::motion::screen_box;
@@ -107,17 +108,23 @@ impl Execution<'_> {
         } else {
             None
         };
-        let blocks: Blocks = frames
-            .clone()
-            .map(|number| (number, self.blocks_of(period, number, early)))
-            .collect();
+        let (mut blocks, mut masks) = (Blocks::new(), HashMap::new());
+        for number in frames.clone() {
+            let (set, mask) = self.blocks_of(period, number, early);
+            blocks.insert(number, set);
+            masks.extend(mask.map(|mask| (number, mask)));
+        }
+        let shades = match early {
+            Some(ground) => self.shades(period, frames.clone(), ground, &masks, &blocks)?,
+            None => Shades::new(),
+        };
         let shots = self.shots(period, frames.clone(), &blocks);
         let mut layers = self.layers(shots, frames.start, &blocks)?;
         let Some(ground) = early.or_else(|| ground.take().and_then(|wait| wait())) else {
             return Ok(());
         };
         for number in frames {
-            let patches = self.patches(ground, number, &mut layers, &blocks);
+            let patches = self.patches(ground, number, &mut layers, &blocks, shades.get(&number));
             self.write(ground, number, &patches)?;
         }
         Ok(())

@@ -4,27 +4,56 @@ use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, OnceLock};
 
-use decor_api::{Layer, Window};
+use decor_api::{Camera, Instance, Layer, Window};
 
 use super::RenderError;
 use super::chunk::{Layers, Pass};
 use super::execution::Execution;
 use super::influenced::{Blocks, Samples};
-use super::joint::Joint;
+use super::joint::{Joint, decor_objects};
+use super::shading::Lighting;
 use crate::dissolve::{Backdrop, Dissolve};
 use crate::frames::{Ground, WriteError, name, write_safely};
 use crate::merge::{Patch, merge};
 use crate::plan::{BlockSet, Period};
+use crate::shadow::Shade;
+
+/// One pixel of a décor.
+pub struct DecorPixel<'a> {
+    /// Its colour.
+    pub colour: [f32; 4],
+    /// The distance of its surface.
+    pub depth: f64,
+    /// Is it the dissolve's target's?
+    pub is_target: bool,
+    /// The picture that it is of, light by light.
+    pub lighting: &'a Lighting,
+}
+
+/// From where a décor is seen, and what it shows.
+pub struct DecorView {
+    /// The observer of the décor.
+    pub camera: Camera,
+    /// The observer of what it dissolves into.
+    pub target_camera: Option<Camera>,
+    /// Its objects.
+    pub instances: Vec<Instance>,
+}
 
 /// What the frames of a period begin with.
 pub struct PeriodGround {
     /// The frame that the décor shows.
     start: u32,
+    /// How it is seen.
+    pub view: DecorView,
     /// `None` without a décor.
     decor: Option<Arc<Layer>>,
     /// The décor's depth between the pixels' centres, where that is asked for.
     samples: Option<Arc<Samples>>,
     dissolve: Option<Dissolve>,
+    /// The décor light by light, where a shadow map is made; and its target.
+    lighting: Option<Arc<Lighting>>,
+    target_lighting: Option<Arc<Lighting>>,
     ground: Ground,
     /// The file of a frame that is the décor, and nothing else.
     unchanged: OnceLock<Vec<u8>>,
@@ -32,11 +61,39 @@ pub struct PeriodGround {
 
 impl PeriodGround {
     /// The décor as frame `number` shows it, and nothing before it.
-    fn backdrop<'a>(&'a self, number: u32, sky: Option<&'a Layer>) -> Option<Backdrop<'a>> {
+    fn backdrop<'a>(
+        &'a self,
+        number: u32,
+        sky: Option<&'a Layer>,
+        shade: Option<&'a Shade>,
+    ) -> Option<Backdrop<'a>> {
         Some(Backdrop {
             decor: self.decor.as_deref()?,
             dissolve: self.dissolve_at(number),
             sky,
+            shade,
+        })
+    }
+
+    /// What frame `number` shows of the décor in a pixel, where a shadow map is
+    /// made.
+    pub fn pixel(&self, number: u32, x: u32, y: u32) -> Option<DecorPixel<'_>> {
+        let decor = self.decor.as_deref()?;
+        let index = decor.index(x, y);
+        let target = self.dissolve_at(number).and_then(|(dissolve, in_place)| {
+            let shown = dissolve.shows_target(index, in_place);
+            shown.then(|| dissolve.target())
+        });
+        let layer = target.unwrap_or(decor);
+        Some(DecorPixel {
+            colour: *layer.colour.as_ref()?.get(index)?,
+            depth: *layer.depth.as_ref()?.get(index)?,
+            is_target: target.is_some(),
+            lighting: if target.is_some() {
+                self.target_lighting.as_deref()?
+            } else {
+                self.lighting.as_deref()?
+            },
         })
     }
 
@@ -77,18 +134,32 @@ impl Execution<'_> {
             None => Ground::empty(size, &encoder),
             Some(decor) => Ground::decor(decor, dissolve.as_ref(), size, &encoder),
         };
+        let state = self.stage.film.frame(period.start);
+        let kept = decor_objects(period);
+        let shown = self
+            .stage
+            .scene(&state, |object| kept.contains(&object.id));
+        let until = period.dissolve_until;
+        let view = DecorView {
+            camera: state.camera,
+            target_camera: until.map(|until| self.stage.film.frame(until).camera),
+            instances: shown.instances,
+        };
         PeriodGround {
             start: period.start,
+            view,
             decor,
             samples,
             dissolve,
+            lighting: begins.and_then(|joint| joint.lighting.clone()),
+            target_lighting: ends.and_then(|joint| joint.target_lighting.clone()),
             ground,
             unchanged: OnceLock::new(),
         }
     }
 
     /// What a frame changes of its ground, in the order in which it is laid.
-    pub fn patches(&self, ground: &PeriodGround, number: u32, layers: &mut Layers, blocks: &Blocks) -> Vec<Patch> {
+    pub fn patches(&self, ground: &PeriodGround, number: u32, layers: &mut Layers, blocks: &Blocks, shade: Option<&Shade>) -> Vec<Patch> {
         let mut patches = Vec::new();
         let mut take = |pass| {
             layers
@@ -105,9 +176,11 @@ impl Execution<'_> {
             });
         }
         let sky = take(Pass::Sky).next();
-        if let Some(backdrop) = ground.backdrop(number, sky.as_ref()) {
+        if let Some(backdrop) = ground.backdrop(number, sky.as_ref(), shade) {
             if sky.is_some() {
-                patches.push(all_of(backdrop));
+                patches.push(part_of(backdrop, backdrop.decor.window));
+            } else if let Some(shade) = shade {
+                patches.extend(shaded_rows(shade, backdrop));
             }
             let antialiased = self.stage.antialias().is_some() && self.has_coverage(number);
             let depths: HashMap<Window, Layer> = take(Pass::FastDepth)
@@ -176,19 +249,42 @@ fn unchanged(
     Ok(ground.unchanged.get_or_init(|| file))
 }
 
-/// The whole backdrop as a patch.
-fn all_of(backdrop: Backdrop<'_>) -> Patch {
-    let window: Window = backdrop.decor.window;
+/// A window of the backdrop as a patch.
+fn part_of(backdrop: Backdrop<'_>, window: Window) -> Patch {
     let mut colour = vec![[0.0; 4]; window.pixels()];
     let mut depth = vec![f64::INFINITY; window.pixels()];
     let width = window.width.max(1) as usize;
     let rows = colour.chunks_mut(width).zip(depth.chunks_mut(width));
-    for (y, (colour, depth)) in (0..).zip(rows) {
-        backdrop.row(0, y, colour, depth);
+    for (y, (colour, depth)) in (window.y..).zip(rows) {
+        backdrop.row(window.x, y, colour, depth);
     }
     Patch {
         window,
         colour,
         depth: Some(depth),
     }
+}
+
+/// The backdrop where it is shaded: in each row from the first such pixel to the
+/// last.
+fn shaded_rows(shade: &Shade, backdrop: Backdrop<'_>) -> Vec<Patch> {
+    let width = backdrop.decor.window.width;
+    let mut spans: Vec<(u32, u32, u32)> = Vec::new();
+    for (index, _) in shade.pixels() {
+        let (x, y) = (index % width, index / width);
+        match spans.last_mut() {
+            Some((row, _, last)) if *row == y => *last = x,
+            _ => spans.push((y, x, x)),
+        }
+    }
+    let patch = |(y, first, last): (u32, u32, u32)| {
+        let window = Window {
+            x: first,
+            y,
+            width: last - first + 1,
+            height: 1,
+        };
+        part_of(backdrop, window)
+    };
+    spans.into_iter().map(patch).collect()
 }

@@ -3,11 +3,11 @@
 
 use std::collections::{HashMap, HashSet};
 
-use decor_api::{Bounds, Layer, Optics, Window};
+use decor_api::{Bounds, Camera, Layer, Optics, Prototype, Window};
 
 use super::execution::Execution;
 use super::ground::PeriodGround;
-use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::film::{ObjectId, ObjectState};
 use crate::influence::{Cause, Changed, Depths, Influence, Mask, Still, influence, is_slender};
 use crate::motion::screen_box;
 use crate::plan::{BlockSet, FramePlan, Mode, Period, ShadowPlan};
@@ -38,38 +38,36 @@ impl Execution<'_> {
     }
 
     /// The blocks of a frame: those of the plan, and those that what moves can
-    /// shade.
+    /// shade; or where it can, if a shadow map is made.
     pub fn blocks_of(
         &self,
         period: &Period,
         number: u32,
         ground: Option<&PeriodGround>,
-    ) -> BlockSet {
+    ) -> (BlockSet, Option<Mask>) {
         let size = self.stage.size();
         match &period.frames[(number - period.start) as usize] {
-            FramePlan::Whole => BlockSet::none(size),
+            FramePlan::Whole => (BlockSet::none(size), None),
             FramePlan::Layered {
                 blocks,
                 shadows: None,
                 ..
-            } => blocks.clone(),
+            } => (blocks.clone(), None),
             FramePlan::Layered {
                 blocks,
                 shadows: Some(shadows),
                 ..
             } => {
-                let depth = ground.and_then(PeriodGround::depths);
-                let found = depth.and_then(|(centres, samples)| {
-                    self.influenced(period, number, *shadows, centres, samples)
-                });
+                let found =
+                    ground.and_then(|ground| self.influenced(period, number, *shadows, ground));
                 match found {
-                    Some(found) if shadows.replaces_boxes => found,
-                    Some(found) => found.union(blocks),
+                    Some((found, None)) if shadows.replaces_boxes => (found, None),
+                    Some((found, mask)) => (found.union(blocks), mask),
                     // Not certain is everything.
                     None => {
                         let mut all = BlockSet::none(size);
                         all.insert(size.window());
-                        all
+                        (all, None)
                     }
                 }
             }
@@ -81,13 +79,13 @@ impl Execution<'_> {
         period: &Period,
         number: u32,
         shadows: ShadowPlan,
-        centres: &Layer,
-        samples: Option<&Samples>,
-    ) -> Option<BlockSet> {
+        ground: &PeriodGround,
+    ) -> Option<(BlockSet, Option<Mask>)> {
         let size = self.stage.size();
+        let (centres, samples) = ground.depths()?;
         let state = self.stage.film.frame(number);
         // The décor is seen as it was, by the observer of then.
-        let first = self.stage.film.frame(period.start);
+        let view = &ground.view;
         let kept: HashSet<ObjectId> = period
             .objects
             .iter()
@@ -101,19 +99,19 @@ impl Execution<'_> {
                 changed.push(Changed::placed(prototype, &object.pose));
             }
         }
-        for object in first.objects.iter().filter(|o| kept.contains(&o.id)) {
-            let prototype = self.stage.prototype(object);
-            let bounds = prototype.bounds.posed(&object.pose);
-            if self.is_optical(object) {
-                optical.push(screen_box(&bounds, &first.camera, size).window());
+        for shown in &view.instances {
+            let prototype = self.stage.library.table.get(shown.prototype);
+            let bounds = prototype.bounds.posed(&shown.pose);
+            if self.may_mirror(prototype) {
+                optical.push(screen_box(&bounds, &view.camera, size).window());
             }
-            if samples.is_none() && is_slender(prototype, &object.pose, &first.camera, size) {
+            if samples.is_none() && is_slender(prototype, &shown.pose, &view.camera, size) {
                 slender.push(bounds);
             }
         }
         let antialiased = state.antialias.is_some();
         let still = Still {
-            camera: &first.camera,
+            camera: &view.camera,
             size,
             lights: state.lights,
             shadows: state.shadows,
@@ -132,10 +130,11 @@ impl Execution<'_> {
             Influence::Confined(mask) if shadows.replaces_boxes && period.threshold_px <= 0.0 => {
                 // POV-Ray compares the pixels of a block's first row and column
                 // with those before them.
-                Some(mask.dilated().blocks())
+                Some((mask.dilated().blocks(), None))
             }
+            Influence::Confined(mask) if shadows.by_map => Some((BlockSet::none(size), Some(mask))),
             Influence::Confined(mask) => {
-                let mut blocks = self.shaded(&mask, &first, &state, period.threshold_px);
+                let mut blocks = self.shaded(&mask, &view.camera, &state.camera, period.threshold_px);
                 if shadows.replaces_boxes {
                     // The observer may have moved since: what is seen is where it
                     // is seen now.
@@ -147,13 +146,14 @@ impl Execution<'_> {
                     for window in &optical {
                         blocks.insert(*window);
                     }
-                    for object in state.objects.iter().filter(|o| self.is_optical(o)) {
+                    let mirrors = |o: &&ObjectState<'_>| self.may_mirror(self.stage.prototype(o));
+                    for object in state.objects.iter().filter(mirrors) {
                         let bounds: Bounds =
                             self.stage.prototype(object).bounds.posed(&object.pose);
                         blocks.insert(screen_box(&bounds, &state.camera, size).window());
                     }
                 }
-                Some(blocks)
+                Some((blocks, None))
             }
         }
     }
@@ -163,12 +163,12 @@ impl Execution<'_> {
     fn shaded(
         &self,
         mask: &Mask,
-        first: &FrameState<'_>,
-        state: &FrameState<'_>,
+        then: &Camera,
+        now: &Camera,
         threshold_px: f64,
     ) -> BlockSet {
         let size = self.stage.size();
-        let rests = first.camera == state.camera && threshold_px <= 0.0;
+        let rests = then == now && threshold_px <= 0.0;
         let around = 1 + if rests { 0 } else { threshold_px.ceil().min(1e6) as u32 };
         let mut blocks = BlockSet::none(size);
         for y in 0..size.height {
@@ -197,9 +197,9 @@ impl Execution<'_> {
     }
 
     /// May what is seen of the object depend on others?
-    pub fn is_optical(&self, object: &ObjectState<'_>) -> bool {
+    fn may_mirror(&self, prototype: &Prototype) -> bool {
         self.stage.adapter.abilities().optics
             && self.plan.wishes.mode != Mode::Preview
-            && self.stage.prototype(object).optics != Optics::Opaque
+            && prototype.optics != Optics::Opaque
     }
 }

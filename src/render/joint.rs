@@ -13,6 +13,7 @@ use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, S
 use super::RenderError;
 use super::execution::{Execution, join, only};
 use super::influenced::Samples;
+use super::shading::Lighting;
 use crate::dissolve::Backdrop;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::merge::{Patch, merge};
@@ -37,6 +38,10 @@ pub struct Joint {
     pub samples: Option<Arc<Samples>>,
     /// What the décor of the period that ends has turned into.
     pub target: Option<Arc<Layer>>,
+    /// The décor light by light, where a shadow map is made.
+    pub lighting: Option<Arc<Lighting>>,
+    /// The same of the target.
+    pub target_lighting: Option<Arc<Lighting>>,
 }
 
 /// What a joint is to give.
@@ -56,6 +61,26 @@ impl Execution<'_> {
 
     /// Renders a joint.
     pub fn joint(&self, wanted: Wanted<'_>) -> Result<Joint, RenderError> {
+        let mut joint = self.pictures(wanted)?;
+        if let Some(begins) = wanted.begins.filter(|period| period.by_map()) {
+            let state = self.stage.film.frame(begins.start);
+            let kept = decor_objects(begins);
+            let scene = self.stage.scene(&state, |object| kept.contains(&object.id));
+            let lighting = self.lighting(begins, &scene, begins.start)?;
+            joint.lighting = Some(Arc::new(lighting));
+        }
+        if let Some(ends) = wanted.ends.filter(|period| period.by_map())
+            && let Some(until) = ends.dissolve_until
+        {
+            let scene = self.target_scene(ends, until, &decor_objects(ends));
+            let lighting = self.lighting(ends, &scene, until)?;
+            joint.target_lighting = Some(Arc::new(lighting));
+        }
+        Ok(joint)
+    }
+
+    /// The pictures of a joint.
+    fn pictures(&self, wanted: Wanted<'_>) -> Result<Joint, RenderError> {
         let until = wanted.ends.and_then(|period| period.dissolve_until);
         if let (Some(ends), Some(begins)) = (wanted.ends, wanted.begins)
             && until == Some(begins.start)
@@ -69,6 +94,7 @@ impl Execution<'_> {
                     samples: self.samples(begins)?.map(Arc::new),
                     decor: Some(Arc::clone(&layer)),
                     target: Some(layer),
+                    ..Joint::default()
                 });
             }
             if same && let Some(joint) = self.in_common(begins.start, &old, &new)? {
@@ -97,6 +123,7 @@ impl Execution<'_> {
             samples: samples.transpose()?.flatten().map(Arc::new),
             decor: decor.transpose()?.map(Arc::new),
             target: target.transpose()?.map(Arc::new),
+            ..Joint::default()
         })
     }
 
@@ -180,9 +207,9 @@ impl Execution<'_> {
         });
         let (ground, olds, news) = (ground?, olds?, news?);
         Ok(Some(Joint {
-            samples: None,
             target: Some(Arc::new(merged(&ground, &olds))),
             decor: Some(Arc::new(merged(&ground, &news))),
+            ..Joint::default()
         }))
     }
 
@@ -231,7 +258,7 @@ impl Execution<'_> {
         })
     }
 
-    fn request_of(
+    pub fn request_of(
         &self,
         frame: u32,
         scene: &Arc<Scene>,
@@ -313,6 +340,11 @@ impl Execution<'_> {
         objects: &HashSet<ObjectId>,
         with_depth: bool,
     ) -> Result<Layer, RenderError> {
+        let scene = self.target_scene(period, until, objects);
+        self.picture(until, scene, with_depth, "target")
+    }
+
+    fn target_scene(&self, period: &Period, until: u32, objects: &HashSet<ObjectId>) -> Scene {
         let (before, after) = (
             self.stage.film.frame(period.start),
             self.stage.film.frame(until),
@@ -330,7 +362,7 @@ impl Execution<'_> {
             .stage
             .scene(&before, |object| still.contains(&object.id));
         scene.instances.extend(rest.instances);
-        self.picture(until, scene, with_depth, "target")
+        scene
     }
 
     fn picture(
@@ -360,7 +392,7 @@ impl Execution<'_> {
 }
 
 /// The objects of a period's décor.
-fn decor_objects(period: &Period) -> HashSet<ObjectId> {
+pub fn decor_objects(period: &Period) -> HashSet<ObjectId> {
     let kept = period.objects.iter().filter(|o| o.class.in_decor());
     kept.map(|o| o.object).collect()
 }

@@ -12,11 +12,12 @@ mod ground;
 mod influenced;
 mod joint;
 mod schedule;
+mod shading;
 mod slots;
 
 pub(crate) use execution::{Execution, join};
 pub(crate) use ground::PeriodGround;
-pub(crate) use joint::Wanted;
+pub(crate) use joint::{Joint, Wanted};
 pub(crate) use slots::Slots;
 
 use std::collections::BTreeSet;

@@ -11,7 +11,7 @@ use super::period::Open;
 use crate::frames::name;
 use crate::plan::{Period, Plan, jobs};
 use crate::render::{
-    Execution, PeriodGround, RenderError, Slots, Traced, TracedPixels, Wanted, join,
+    Execution, Joint, PeriodGround, RenderError, Slots, Traced, TracedPixels, Wanted, join,
 };
 use crate::stage::Stage;
 
@@ -135,7 +135,15 @@ fn make(then: &Execution<'_>, open: &Open, for_target: bool) -> Result<Made, Ren
     } else {
         None
     };
-    let ground = then.ground(period, decor.clone(), target);
+    let begins = Joint {
+        decor: decor.clone(),
+        ..Joint::default()
+    };
+    let ends = Joint {
+        target,
+        ..Joint::default()
+    };
+    let ground = then.ground(period, Some(&begins), Some(&ends));
     Ok(Made { decor, ground })
 }
 

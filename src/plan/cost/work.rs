@@ -34,6 +34,8 @@ pub enum Pass {
     FastDepth,
     /// Blocks rendered from the full scene.
     Blocks,
+    /// Light that arrives at points of the décor: its pixels are those points.
+    Shadow,
     /// A frame rendered whole.
     Whole,
     /// The depth of one.
@@ -42,7 +44,7 @@ pub enum Pass {
 
 impl Pass {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Decor,
         Self::DecorDepth,
         Self::Target,
@@ -51,6 +53,7 @@ impl Pass {
         Self::Fast,
         Self::FastDepth,
         Self::Blocks,
+        Self::Shadow,
         Self::Whole,
         Self::WholeDepth,
     ];
@@ -189,6 +192,24 @@ impl Work {
                 work.ground.push(seen.picture(Pass::DecorDepth, whole));
             }
             work.ground_encoded = size.pixels() as f64;
+            if let Some(antialias) = stage.antialias()
+                && period.replaces_boxes()
+                && period.threshold_px <= 0.0
+            {
+                // The depth of the samples.
+                let times = f64::from(antialias.depth * antialias.depth);
+                let mut picture = seen.picture(Pass::DecorDepth, whole);
+                picture.pixels *= times;
+                picture.covered *= times;
+                picture.canvas *= times;
+                work.ground.push(picture);
+            }
+            if period.by_map() {
+                // Without light, and with each.
+                for _ in 0..=first.lights.len() {
+                    work.ground.push(seen.picture(Pass::Decor, whole));
+                }
+            }
             if period.dissolve_until.is_some() {
                 // What the next décor shows as well is rendered once for both.
                 let share = target_share(period);
@@ -249,12 +270,21 @@ impl Work {
                         frame.pictures.push(fast.picture(Pass::FastDepth, window));
                         frame.merged += window.pixels() as f64;
                     }
-                    if !blocks.is_empty() || shadows.is_some() {
+                    let by_map = shadows.is_some_and(|shadows| shadows.by_map);
+                    if !blocks.is_empty() || shadows.is_some() && !by_map {
                         let windows: Vec<Window> = blocks.windows().collect();
                         let mut picture = scene.blocks(&windows);
-                        if let Some(shadows) = shadows {
+                        if let Some(shadows) = shadows.filter(|_| !by_map) {
                             picture.expect(shadows.expected_pixels, whole);
                         }
+                        frame.pictures.push(picture);
+                    }
+                    if let Some(shadows) = shadows.filter(|_| by_map) {
+                        let mut picture = fast.picture(Pass::Shadow, whole);
+                        let points = shadows.expected_pixels - blocks.pixels() as f64;
+                        picture.pixels = points.max(0.0) * first.lights.len() as f64;
+                        picture.covered = 0.0;
+                        picture.canvas = picture.pixels;
                         frame.pictures.push(picture);
                     }
                     let patched: f64 = frame
