@@ -28,11 +28,13 @@ fn benchmark(criterion: &mut Criterion) {
         threshold_px: 1.0,
         measure: Measure::Bound,
         period: Some(5),
+        budget: None,
+        shadow_way: decor::plan::ShadowWay::Auto,
         frames: (0, 24),
         with_depth: false,
         fallback: false,
     };
-    let plan = plan(&stage, wishes).expect("a plan");
+    let plan = plan(&stage, wishes, &Costs::default()).expect("a plan");
     let works: Vec<Work> = plan.works(&stage);
     let costs = Costs::default();
     let mut group = criterion.benchmark_group("costs");

@@ -277,9 +277,9 @@ mod tests {
             for step in 1..=steps {
                 let now = shown(&decor, &dissolve, step);
                 let mut count = 0;
-                for i in 0..from.len() {
+                for (i, changes) in changes.iter_mut().enumerate() {
                     if (now.0[i], now.1[i]) != (before.0[i], before.1[i]) {
-                        changes[i] += 1;
+                        *changes += 1;
                         count += 1;
                     }
                 }

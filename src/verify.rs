@@ -244,6 +244,7 @@ mod tests {
                 measure: Measure::Bound,
                 period: None,
                 budget: None,
+                shadow_way: crate::plan::ShadowWay::Auto,
                 frames: (10, start - 1),
                 with_depth: false,
                 fallback: true,

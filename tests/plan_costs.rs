@@ -163,6 +163,8 @@ fn wishes(stage: &Stage) -> Wishes {
         threshold_px: 1.0,
         measure: Measure::Bound,
         period: None,
+        budget: None,
+        shadow_way: decor::plan::ShadowWay::Auto,
         frames: (*stage.film.frames().start(), *stage.film.frames().end()),
         with_depth: false,
         fallback: true,
@@ -173,7 +175,7 @@ fn wishes(stage: &Stage) -> Wishes {
 fn a_renderer_in_process_is_probed_too() {
     let folder = tempfile::tempdir().unwrap();
     let stage = stage(&ladybirds(folder.path(), 8));
-    let plan = plan(&stage, wishes(&stage)).unwrap();
+    let plan = plan(&stage, wishes(&stage), &Costs::default()).unwrap();
     let cache = Cache::in_folder(folder.path().join("cache"));
     assert_eq!(probe::known(&stage, &cache).from, CostsFrom::BuiltIn);
     let run = RunContext::new(folder.path());
@@ -209,7 +211,7 @@ fn the_longer_the_film_the_more_it_costs() {
             frames,
             ..wishes(&stage)
         };
-        let works = plan(&stage, wishes.clone()).unwrap().works(&stage);
+        let works = plan(&stage, wishes.clone(), &Costs::default()).unwrap().works(&stage);
         let sum: decor::plan::Price = costs.film(&works, 8, 2).into_iter().sum();
         let stock = costs.stock(&whole_work(&stage, &wishes), 2);
         (sum, stock)

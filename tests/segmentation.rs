@@ -370,6 +370,7 @@ fn no_point_of_a_slow_ladybird_moves_farther_than_the_threshold() {
             measure,
             period: Some(3),
             budget: None,
+            shadow_way: decor::plan::ShadowWay::Auto,
             frames: (0, 24),
             with_depth: false,
             fallback: false,

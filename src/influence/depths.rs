@@ -36,7 +36,7 @@ impl Range {
     };
 
     fn add(&mut self, depth: f64) {
-        if depth >= 0.0 && depth < f64::INFINITY {
+        if (0.0..f64::INFINITY).contains(&depth) {
             self.near = self.near.min(depth);
             self.far = self.far.max(depth);
             self.any = true;

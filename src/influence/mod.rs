@@ -37,6 +37,11 @@
 //! pixel of [`Mask::dilated`]. Its blocks are certain; its dilated pixels
 //! almost.
 
+#![expect(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "what is not a number is not certain: `!(a < b)` is not `a >= b`"
+)]
+
 mod depths;
 mod distance;
 mod estimate;

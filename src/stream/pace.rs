@@ -86,6 +86,7 @@ mod tests {
             measure: Measure::Bound,
             period,
             budget,
+            shadow_way: crate::plan::ShadowWay::Auto,
             frames: (0, 0),
             with_depth: false,
             fallback: true,

@@ -53,6 +53,7 @@ fn costs() -> Costs {
         covered_s: 0.0,
     };
     Costs {
+        arrival_s: 0.0,
         call_sleep_s: 1.0,
         call_cpu_s: 0.0,
         picture_sleep_s: 0.5,
