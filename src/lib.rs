@@ -70,4 +70,5 @@ pub mod report;
 pub mod segmentation;
 pub mod stage;
 pub mod stream;
+pub mod sweep;
 pub mod verify;

@@ -21,6 +21,7 @@ mod plain;
 mod plan;
 mod progress;
 mod render;
+mod sweep;
 mod stream;
 
 use clap::{Parser, Subcommand};
@@ -58,6 +59,8 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Render scenes from stdin as they arrive.
     Stream(stream::StreamArgs),
+    /// Measure what settings win and what they cost.
+    Sweep(sweep::SweepArgs),
     /// Turn a film from one form (.anim, .jsonl) into the other.
     Convert(convert::ConvertArgs),
     /// List the adapters and their abilities.
@@ -91,6 +94,7 @@ pub fn run() -> u8 {
         Verb::Explain(args) => explain::run(args),
         Verb::Compare(args) => return compare::run(args, &mut std::io::stdout().lock()),
         Verb::Stream(args) => stream::run(args, cli.quiet),
+        Verb::Sweep(args) => sweep::run(args, cli.quiet),
         Verb::Convert(args) => convert::run(args),
         Verb::Adapters(args) => adapters::run(args),
         Verb::Doctor(args) => doctor::run(args),
