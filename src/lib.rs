@@ -71,4 +71,5 @@ pub mod segmentation;
 pub mod stage;
 pub mod stream;
 pub mod sweep;
+pub mod tune;
 pub mod verify;

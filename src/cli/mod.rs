@@ -22,6 +22,7 @@ mod plan;
 mod progress;
 mod render;
 mod sweep;
+mod tune;
 mod stream;
 
 use clap::{Parser, Subcommand};
@@ -61,6 +62,8 @@ enum Verb {
     Stream(stream::StreamArgs),
     /// Measure what settings win and what they cost.
     Sweep(sweep::SweepArgs),
+    /// Find the fastest setting that keeps a quality.
+    Tune(tune::TuneArgs),
     /// Turn a film from one form (.anim, .jsonl) into the other.
     Convert(convert::ConvertArgs),
     /// List the adapters and their abilities.
@@ -95,6 +98,7 @@ pub fn run() -> u8 {
         Verb::Compare(args) => return compare::run(args, &mut std::io::stdout().lock()),
         Verb::Stream(args) => stream::run(args, cli.quiet),
         Verb::Sweep(args) => sweep::run(args, cli.quiet),
+        Verb::Tune(args) => tune::run(args, cli.quiet),
         Verb::Convert(args) => convert::run(args),
         Verb::Adapters(args) => adapters::run(args),
         Verb::Doctor(args) => doctor::run(args),

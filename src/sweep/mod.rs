@@ -28,8 +28,8 @@ use crate::report::{Clock, Machine};
 use crate::segmentation::Class;
 use crate::stage::Stage;
 
-pub use cache::Made;
-use cache::{SweepCache, key, same_frames};
+pub use cache::{Made, same_frames};
+use cache::{SweepCache, key};
 pub use grid::{Antialiasing, Grid, Setting};
 pub use trade::{Trade, trades};
 
