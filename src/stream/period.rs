@@ -93,6 +93,7 @@ impl Planner<'_> {
             jobs: jobs(stage),
             cores: cores(),
             threshold_px,
+            live: true,
         })
     }
 
