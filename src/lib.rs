@@ -71,4 +71,6 @@ pub mod segmentation;
 pub mod shadow;
 pub mod stage;
 pub mod stream;
+pub mod sweep;
+pub mod tune;
 pub mod verify;

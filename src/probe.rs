@@ -206,7 +206,7 @@ fn key(stage: &Stage) -> Vec<u8> {
 }
 
 /// The name of the machine's processor, where the system tells it.
-fn processor() -> Arc<str> {
+pub(crate) fn processor() -> Arc<str> {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text
         .lines()

@@ -83,6 +83,28 @@ fn soft_shadows_exactly() {
     check_exact("area");
 }
 
+/// Pixels that are brighter by more than a fifth in `a` than in `b`, as are their
+/// four neighbours.
+fn dark_pixels(a: &Path, b: &Path) -> usize {
+    let (width, height, left) = pixels(a);
+    let right = pixels(b).2;
+    let brighter = |x: u32, y: u32| {
+        let i = (y * width + x) as usize;
+        let sum = |p: &[u16; 3]| p.iter().map(|&c| u32::from(c)).sum::<u32>();
+        sum(&left[i]) > sum(&right[i]) + 150
+    };
+    let inner = (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y)));
+    inner
+        .filter(|&(x, y)| {
+            brighter(x, y)
+                && brighter(x - 1, y)
+                && brighter(x + 1, y)
+                && brighter(x, y - 1)
+                && brighter(x, y + 1)
+        })
+        .count()
+}
+
 /// The largest difference of a channel, of 65 535.
 fn largest(a: &Path, b: &Path) -> u16 {
     let (left, right) = (pixels(a).2, pixels(b).2);
@@ -145,7 +167,9 @@ fn shadows_fall_on_a_decor_that_a_moving_observer_sees() {
         let summary = run(&out, options);
         assert_eq!(summary["periods"][0]["whole"], serde_json::Value::Null);
         assert_eq!(summary["periods"][0]["objects"]["fast"], 1, "{summary}");
-        let count = |n| differing_pixels(&frame(&out, n), &frame(&plain, n)).len();
+        // What is up to a pixel old differs at its edges, everywhere: only what
+        // is dark in one picture and bright in the other, and there in many.
+        let count = |n| dark_pixels(&frame(&out, n), &frame(&plain, n));
         (summary, (0..8).map(count).max().unwrap())
     };
     let common = ["--period", "8", "--no-fallback", "--threshold", "1"];
@@ -156,7 +180,7 @@ fn shadows_fall_on_a_decor_that_a_moving_observer_sees() {
         let used = traced[if way == "map" { "shadow" } else { "blocks" }].as_u64();
         assert!(used.unwrap() > 0, "{way}: {traced}");
         println!("{way}: {with} pixels of a frame differ, {without} without shadows across layers");
-        assert!(with * 2 < without, "{way}: {with} of {without}");
+        assert!(with * 3 < without, "{way}: {with} of {without}");
     }
 }
 

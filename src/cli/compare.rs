@@ -12,7 +12,7 @@ use crate::compare::{
     with_causes, words,
 };
 use crate::frames::write_safely;
-use crate::report::html;
+use crate::report::{Machine, html};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -294,10 +294,16 @@ fn write_html(path: &Path, comparison: &Comparison, a: &Path, b: &Path) -> Resul
     let (plain, other) = (html::Run::read(&label(a), a), html::Run::read(&label(b), b));
     let page = html::Page {
         title: format!("{} against {}", label(b), label(a)),
-        comparison,
-        points: html::points(comparison, plain.as_ref(), other.as_ref()),
+        numbers: Vec::new(),
+        shown: vec![html::Shown {
+            label: label(b),
+            comparison,
+            frames: HTML_FRAMES,
+        }],
+        curve: html::curve(comparison, plain.as_ref(), other.as_ref()),
+        table: None,
         runs: plain.into_iter().chain(other).collect(),
-        frames: HTML_FRAMES,
+        machine: Machine::here(),
     };
     let text = page
         .html()

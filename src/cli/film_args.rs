@@ -111,7 +111,7 @@ impl PlanWishes {
     }
 }
 
-fn period(text: &str) -> Result<Period, String> {
+pub(super) fn period(text: &str) -> Result<Period, String> {
     if text == "auto" {
         return Ok(Period::Auto);
     }
@@ -139,14 +139,14 @@ fn frame_range(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-fn not_negative(text: &str) -> Result<f64, String> {
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
         _ => Err("a number of pixels, at least 0".into()),
     }
 }
 
-pub fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("a number above 0".into()),
@@ -177,7 +177,11 @@ impl FilmArgs {
                 "switches after -- are POV-Ray's, for a plain scene (.ini, .pov)",
             ));
         }
-        let film = self.read()?;
+        self.stage_of(self.read()?, cancel)
+    }
+
+    /// A film that was read, with its objects.
+    pub fn stage_of(&self, film: Film, cancel: &Arc<AtomicBool>) -> Result<Stage, Failure> {
         let adapter = self.adapter(&film)?;
         let work = render::WorkFolder::new(None)?;
         let mut run = RunContext::new(&work.path);

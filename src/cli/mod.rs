@@ -21,6 +21,8 @@ mod plain;
 mod plan;
 mod progress;
 mod render;
+mod sweep;
+mod tune;
 mod stream;
 
 use clap::{Parser, Subcommand};
@@ -58,6 +60,10 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Render scenes from stdin as they arrive.
     Stream(stream::StreamArgs),
+    /// Measure what settings win and what they cost.
+    Sweep(sweep::SweepArgs),
+    /// Find the fastest setting that keeps a quality.
+    Tune(tune::TuneArgs),
     /// Turn a film from one form (.anim, .jsonl) into the other.
     Convert(convert::ConvertArgs),
     /// List the adapters and their abilities.
@@ -91,6 +97,8 @@ pub fn run() -> u8 {
         Verb::Explain(args) => explain::run(args),
         Verb::Compare(args) => return compare::run(args, &mut std::io::stdout().lock()),
         Verb::Stream(args) => stream::run(args, cli.quiet),
+        Verb::Sweep(args) => sweep::run(args, cli.quiet),
+        Verb::Tune(args) => tune::run(args, cli.quiet),
         Verb::Convert(args) => convert::run(args),
         Verb::Adapters(args) => adapters::run(args),
         Verb::Doctor(args) => doctor::run(args),

@@ -163,6 +163,16 @@ impl Film {
         self.size
     }
 
+    /// The same film without antialiasing in any scene.
+    #[must_use]
+    pub fn without_antialiasing(mut self) -> Self {
+        for scene in &mut self.scenes {
+            scene.stated.antialias = scene.stated.antialias.map(|_| None);
+            scene.now.antialias = None;
+        }
+        self
+    }
+
     /// The numbers of its frames, at least one.
     pub fn frames(&self) -> RangeInclusive<u32> {
         let first = self.scenes.first().map_or(self.last, |scene| scene.number);

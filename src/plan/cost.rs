@@ -209,6 +209,34 @@ impl Costs {
         }
     }
 
+    /// A period whose frames arrive one at a time, each out before the next is
+    /// known. The décor is rendered beside the first, what it dissolves into
+    /// beside the second; every call has all cores.
+    pub fn one_by_one(&self, work: &Work, jobs: usize, cores: usize) -> Price {
+        let is_target = |picture: &&Picture| {
+            let pass = picture.pass;
+            matches!(pass, Pass::Target | Pass::TargetDepth)
+        };
+        let frames = (0..).zip(&work.frames).map(|(k, frame): (u32, _)| {
+            let beside = work.ground.iter().filter(|picture| match k {
+                0 => !is_target(picture),
+                1 => is_target(picture),
+                _ => false,
+            });
+            let frame = Work {
+                ground: frame.pictures.iter().chain(beside).copied().collect(),
+                ground_encoded: if k == 0 { work.ground_encoded } else { 0.0 },
+                frames: vec![FrameWork {
+                    pictures: Vec::new(),
+                    ..frame.clone()
+                }],
+                size_pixels: work.size_pixels,
+            };
+            self.price(&frame, jobs, cores)
+        });
+        frames.sum()
+    }
+
     /// The periods of a film in their order. The wall time of each is what it
     /// adds: they overlap, and their sum is the film's.
     pub fn film<'w>(

@@ -63,6 +63,7 @@ pub fn plan(stage: &Stage, wishes: Wishes, costs: &Costs) -> Result<Plan, PlanEr
         jobs: jobs(stage),
         cores: crate::probe::cores(),
         threshold_px: wishes.threshold_px,
+        live: false,
     };
     if wishes.mode != Mode::Full {
         maker.check_layerable()?;
@@ -110,6 +111,8 @@ pub struct Maker<'a> {
     pub cores: usize,
     /// The threshold of the next period, in pixels.
     pub threshold_px: f64,
+    /// Do frames arrive one at a time?
+    pub live: bool,
 }
 
 impl<'a> Maker<'a> {
@@ -209,7 +212,9 @@ impl<'a> Maker<'a> {
     /// How dear a frame of a period is: less is better.
     fn weight(&self, period: &Period, alone: bool) -> f64 {
         let work = Work::of(self.stage, period, self.wishes);
-        let price = if alone {
+        let price = if self.live {
+            self.costs.one_by_one(&work, self.jobs, self.cores)
+        } else if alone {
             self.costs.price(&work, self.jobs, self.cores)
         } else {
             self.costs.in_a_row(&work, self.jobs, self.cores)

@@ -2,6 +2,8 @@
 
 pub mod diagram;
 pub mod html;
+mod machine;
 mod summary;
 
+pub use machine::Machine;
 pub use summary::{Clock, ObjectCounts, PeriodSummary, Summary, period_summaries};

@@ -9,11 +9,11 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use decor_api::{Camera, Layer};
+use decor_api::{Bounds, Camera, Layer};
 
 use super::pace::Pace;
 use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::motion::infinity_px;
+use crate::motion::{Sighting, first_in_view, infinity_px};
 use crate::plan::{
     Costs, End, FramePlan, Maker, Mode, Period, PlanError, WholeReason, Wishes, jobs,
 };
@@ -93,6 +93,7 @@ impl Planner<'_> {
             jobs: jobs(stage),
             cores: cores(),
             threshold_px,
+            live: true,
         })
     }
 
@@ -272,11 +273,9 @@ impl Open {
         if !self.sky_holds(&first, now, target.as_ref(), &rule) {
             return failed("the sky moves farther in the picture");
         }
-        // The way since the frame before is looked at as well: what is out of
-        // view in both may have crossed it.
-        let real = [first, before.clone(), now.clone()];
         let bounds = |object: &ObjectState<'_>| stage.prototype(object).bounds;
-        let found = segment_towards(&real, target.as_ref(), bounds, &rule);
+        let pair = [first, now.clone()];
+        let found = segment_towards(&pair, target.as_ref(), bounds, &rule);
         let promised: HashMap<ObjectId, Class> = self
             .period
             .objects
@@ -285,14 +284,23 @@ impl Open {
             .collect();
         let mut appeared = Vec::new();
         for object in found {
-            match promised.get(&object.object) {
-                Some(class) if !keeps(*class, object.class) => {
-                    let name = stage.film.identity(object.object).name();
-                    let is = what_it_does(*class, &object.reason);
-                    return Err(Over::Failed(format!("{name} {is}")));
+            let Some(&class) = promised.get(&object.object) else {
+                appeared.push(object);
+                continue;
+            };
+            let keeps = match class {
+                Class::Fast => true,
+                Class::Immobile => object.class == Class::Immobile,
+                Class::Slow => object.class != Class::Fast,
+                Class::Clipped => {
+                    matches!(object.class, Class::Clipped | Class::Immobile)
+                        || stays_out(stage, object.object, before, now)
                 }
-                Some(_) => {}
-                None => appeared.push(object),
+            };
+            if !keeps {
+                let name = stage.film.identity(object.object).name();
+                let does = what_it_does(class, &object.reason);
+                return Err(Over::Failed(format!("{name} {does}")));
             }
         }
         // Where nothing was to move, nothing was prepared for what does.
@@ -376,21 +384,38 @@ impl Open {
     }
 }
 
-/// Does an object whose class over the real frames is `found` keep what its
-/// class in the plan promised?
-fn keeps(promised: Class, found: Class) -> bool {
-    match promised {
-        Class::Fast => true,
-        Class::Immobile => found == Class::Immobile,
-        Class::Clipped => matches!(found, Class::Clipped | Class::Immobile),
-        Class::Slow => found != Class::Fast,
-    }
+/// Is an object that was out of view `before` out of view `now` as well, and on
+/// the way? One that is not there any more, or has another description, is not.
+fn stays_out(stage: &Stage, id: ObjectId, before: &FrameState<'_>, now: &FrameState<'_>) -> bool {
+    let find = |state: &FrameState<'_>| {
+        let object = state.objects.iter().find(|object| object.id == id)?;
+        Some((
+            object.description,
+            object.pose,
+            stage.prototype(object).bounds,
+        ))
+    };
+    let (Some((then, pose_before, _)), Some((description, pose, bounds))) =
+        (find(before), find(now))
+    else {
+        return false;
+    };
+    let way = [(before.camera, pose_before), (now.camera, pose)]
+        .map(|(camera, pose)| Sighting { camera, pose });
+    description == then
+        && match bounds {
+            Bounds::Empty => true,
+            Bounds::Unbounded => false,
+            Bounds::Sphere(sphere) => first_in_view(way, &sphere, stage.size()).is_none(),
+        }
 }
 
 fn what_it_does(promised: Class, reason: &Reason) -> String {
     match (promised, reason) {
         (Class::Immobile, Reason::MovesLittle { .. } | Reason::OutOfView) => "moves".into(),
-        (Class::Clipped, Reason::MovesLittle { .. }) => "comes into view".into(),
+        (Class::Clipped, Reason::MovesLittle { .. } | Reason::MovesFar { .. }) => {
+            "comes into view".into()
+        }
         (_, reason) => reason.to_string(),
     }
 }

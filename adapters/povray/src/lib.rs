@@ -226,11 +226,17 @@ impl Adapter for PovRay {
         }
         let writer = self.request_writer(request)?;
         let text = writer.layers(request);
+        // Radiosity and the like put more into a state file than a picture.
+        let source = if writer.light_group {
+            self.source
+        } else {
+            LayerSource::Pictures
+        };
         let call = LayerCall {
             program: &self.program,
             request,
             code: writer.depth_code(request),
-            source: self.source,
+            source,
         };
         call.run(&text, run)
     }

@@ -1,11 +1,11 @@
-//! The drawings of the page, as SVG: speed against error, error by frame, the
-//! periods.
+//! The drawings of the page that have axes, as SVG: speed against error, error by
+//! frame.
 
 use std::fmt::Write as _;
 
-use super::{Point, Run, escaped};
+use super::{Curve, escaped};
 
-const WIDTH: f64 = 720.0;
+pub(super) const WIDTH: f64 = 720.0;
 /// Room for the labels at the left and at the bottom.
 const LEFT: f64 = 64.0;
 const BOTTOM: f64 = 36.0;
@@ -119,12 +119,10 @@ impl Plot {
 }
 
 /// Which points no other beats in both: as fast and less wrong, or faster and no
-/// more wrong. In the order given.
-pub fn front(points: &[Point]) -> Vec<bool> {
-    let beats = |one: &Point, other: &Point| {
-        one.speedup >= other.speedup
-            && one.error <= other.error
-            && (one.speedup > other.speedup || one.error < other.error)
+/// more wrong. In the order given; each is a speed and an error.
+pub fn front(points: &[(f64, f64)]) -> Vec<bool> {
+    let beats = |one: &(f64, f64), other: &(f64, f64)| {
+        one.0 >= other.0 && one.1 <= other.1 && (one.0 > other.0 || one.1 < other.1)
     };
     points
         .iter()
@@ -132,28 +130,60 @@ pub fn front(points: &[Point]) -> Vec<bool> {
         .collect()
 }
 
-/// Speed against error; the front is joined, what is beaten is hollow.
-pub fn trade(points: &[Point]) -> String {
-    let most = |of: fn(&Point) -> f64| points.iter().map(of).fold(0.0, f64::max);
+/// More points than these have numbers in place of names, as in the table.
+const NAMES: usize = 3;
+
+/// One of the curve's speeds against one of its errors; the front is joined, what is
+/// beaten is hollow.
+pub fn trade(curve: &Curve, speed: usize, error: usize) -> String {
+    let places = curve.points.iter();
+    let places: Vec<(f64, f64)> = places.map(|p| (p.speeds[speed], p.errors[error])).collect();
+    let most = |of: fn(&(f64, f64)) -> f64| places.iter().map(of).fold(0.0, f64::max);
+    let (speed, error) = (&curve.speeds[speed], &curve.errors[error]);
     let mut plot = Plot::new(
         300.0,
-        Axis::to(most(|point| point.speedup)),
-        Axis::to(most(|point| point.error)),
-        "Speed against error",
-        ("speed-up against frame by frame", "mean FLIP"),
+        Axis::to(most(|place| place.0)),
+        Axis::to(most(|place| place.1)),
+        &escaped(&format!("Speed by {speed} against {error}")),
+        (
+            &escaped(&format!("times as fast as frame by frame, by {speed}")),
+            &escaped(error),
+        ),
     );
-    let on_front = front(points);
-    let mut best: Vec<&Point> = points
+    let on_front = front(&places);
+    let mut best: Vec<(f64, f64)> = places
         .iter()
         .zip(&on_front)
-        .filter_map(|(point, front)| front.then_some(point))
+        .filter_map(|(place, front)| front.then_some(*place))
         .collect();
-    best.sort_by(|one, other| one.speedup.total_cmp(&other.speedup));
-    plot.curve(best.iter().map(|point| (point.speedup, point.error)));
-    for (point, front) in points.iter().zip(on_front) {
-        let (x, y) = plot.place(point.speedup, point.error);
+    best.sort_by(|one, other| one.0.total_cmp(&other.0));
+    plot.curve(best.into_iter());
+    // Points at one place share a label.
+    let mut labels: Vec<((String, String), Vec<usize>)> = Vec::new();
+    for (k, &(x, y)) in places.iter().enumerate() {
+        let (x, y) = plot.place(x, y);
+        let at = (format!("{x:.0}"), format!("{y:.0}"));
+        match labels.iter_mut().find(|(place, _)| *place == at) {
+            Some((_, points)) => points.push(k),
+            None => labels.push((at, vec![k])),
+        }
+    }
+    for (_, points) in &labels {
+        let (at, front) = (places[points[0]], on_front[points[0]]);
+        let (x, y) = plot.place(at.0, at.1);
         let class = if front { "point" } else { "beaten" };
-        let label = escaped(&point.label);
+        let name = |&k: &usize| {
+            if places.len() > NAMES {
+                (k + 1).to_string()
+            } else {
+                escaped(&curve.points[k].label)
+            }
+        };
+        let label = points.iter().map(name).collect::<Vec<_>>().join(", ");
+        let names: Vec<String> = points
+            .iter()
+            .map(|&k| format!("{}: {}", k + 1, escaped(&curve.points[k].label)))
+            .collect();
         // Away from the nearer edge.
         let (anchor, text_x) = if x > WIDTH / 2.0 {
             ("end", x - 9.0)
@@ -161,9 +191,11 @@ pub fn trade(points: &[Point]) -> String {
             ("start", x + 9.0)
         };
         plot.add(&format!(
-            r#"<circle class="{class}" cx="{x:.1}" cy="{y:.1}" r="5"><title>{label}: {:.2} times as fast, FLIP {:.5}</title></circle><text x="{text_x:.1}" y="{:.1}" text-anchor="{anchor}">{label}</text>"#,
-            point.speedup,
-            point.error,
+            r#"<circle class="{class}" cx="{x:.1}" cy="{y:.1}" r="5"><title>{}. {:.2} times as fast, {} {:.5}</title></circle><text x="{text_x:.1}" y="{:.1}" text-anchor="{anchor}">{label}</text>"#,
+            names.join("; "),
+            at.0,
+            escaped(error),
+            at.1,
             y - 7.0
         ));
     }
@@ -184,63 +216,3 @@ pub fn by_frame(errors: &[f64]) -> String {
     plot.curve((0_u32..).map(f64::from).zip(errors.iter().copied()));
     plot.end()
 }
-
-/// The periods, a bar each, as high as the film has objects, by class.
-pub fn periods(run: &Run) -> String {
-    const HIGH: f64 = 84.0;
-    let end = run
-        .periods
-        .iter()
-        .map(|period| period.start + period.length);
-    let start = run
-        .periods
-        .iter()
-        .map(|period| period.start)
-        .min()
-        .unwrap_or(0);
-    let frames = f64::from(end.max().unwrap_or(1).saturating_sub(start).max(1));
-    let most = run
-        .periods
-        .iter()
-        .map(|period| period.objects.iter().sum::<u32>());
-    let most = f64::from(most.max().unwrap_or(1).max(1));
-    let mut svg = format!(
-        r#"<svg viewBox="0 0 {WIDTH} {}" role="img" aria-label="Periods of {}">"#,
-        HIGH + 20.0,
-        escaped(&run.label)
-    );
-    for period in &run.periods {
-        let x = f64::from(period.start - start) / frames * WIDTH;
-        let width = (f64::from(period.length) / frames * WIDTH - 1.0).max(0.5);
-        let mut y = HIGH;
-        let words: Vec<String> = CLASSES
-            .iter()
-            .zip(period.objects)
-            .map(|(class, count)| format!("{count} {class}"))
-            .collect();
-        let last = period.start + period.length.max(1) - 1;
-        let title = format!("frames {} to {last}: {}", period.start, words.join(", "));
-        let _ = write!(svg, "<g><title>{title}</title>");
-        for (class, count) in CLASSES.iter().zip(period.objects) {
-            let high = f64::from(count) / most * HIGH;
-            y -= high;
-            let _ = write!(
-                svg,
-                r#"<rect class="{class}" x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{high:.1}"/>"#
-            );
-        }
-        svg += "</g>";
-        if width > 24.0 {
-            let _ = write!(
-                svg,
-                r#"<text x="{x:.1}" y="{:.1}">{}</text>"#,
-                HIGH + 15.0,
-                period.start
-            );
-        }
-    }
-    svg + "</svg>"
-}
-
-/// The classes in the order they are piled up.
-pub const CLASSES: [&str; 4] = ["immobile", "clipped", "slow", "fast"];

@@ -1,13 +1,15 @@
 //! The frames as data inside the page.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use super::Shown;
+use crate::compare::Entry;
 use crate::compare::pair::PairReport;
 use crate::compare::picture::{Form, Picture, PictureError};
-use crate::compare::{Comparison, Entry};
 
 /// Why a picture is not in the page.
 #[derive(Debug, thiserror::Error)]
@@ -32,23 +34,37 @@ pub enum PictureDataError {
     },
 }
 
-/// The frames as JSON for a `script` element, one object a frame.
-pub(super) fn json(comparison: &Comparison, frames: &[usize]) -> Result<String, PictureDataError> {
-    let mut list = Vec::new();
-    for &k in frames {
-        if let Some(Entry::Pair(pair)) = comparison.entries.get(k) {
-            list.push(serde_json::json!({
-                "name": pair.name,
-                "words": words(pair),
-                "a": data(&pair.a)?,
-                "b": data(&pair.b)?,
-            }));
+/// The frames as JSON for a `script` element: the pictures, each once, and for each
+/// comparison its frames with the pictures' numbers.
+pub(super) fn json(shown: &[Shown<'_>], worst: &[Vec<usize>]) -> Result<String, PictureDataError> {
+    let mut pictures: Vec<String> = Vec::new();
+    let mut numbers: HashMap<PathBuf, usize> = HashMap::new();
+    let mut number = |path: &Path| match numbers.get(path) {
+        Some(&number) => Ok(number),
+        None => {
+            pictures.push(data(path)?);
+            numbers.insert(path.to_owned(), pictures.len() - 1);
+            Ok(pictures.len() - 1)
         }
+    };
+    let mut list = Vec::new();
+    for (one, worst) in shown.iter().zip(worst) {
+        let mut frames = Vec::new();
+        for &k in worst {
+            if let Some(Entry::Pair(pair)) = one.comparison.entries.get(k) {
+                frames.push(serde_json::json!({
+                    "name": pair.name,
+                    "words": words(pair),
+                    "a": number(&pair.a)?,
+                    "b": number(&pair.b)?,
+                }));
+            }
+        }
+        list.push(serde_json::json!({ "label": one.label, "frames": frames }));
     }
     // `</script>` in a name would end the element.
-    Ok(serde_json::Value::from(list)
-        .to_string()
-        .replace('<', "\\u003c"))
+    let all = serde_json::json!({ "pictures": pictures, "shown": list });
+    Ok(all.to_string().replace('<', "\\u003c"))
 }
 
 fn words(pair: &PairReport) -> String {

@@ -1,17 +1,29 @@
 //! The page's parts, from the top to the bottom.
 
-use super::{Page, Run, chart, escaped};
-use crate::compare::Entry;
+use super::{Page, Run, Shown, chart, escaped};
 use crate::compare::verdict::Verdict;
 
 pub(super) fn heading(page: &Page<'_>) -> String {
-    let comparison = page.comparison;
+    let title = escaped(&page.title);
+    if let ([], Some(shown)) = (page.numbers.as_slice(), page.shown.first()) {
+        return format!("<h1>{title}</h1>\n{}", verdict(page, shown));
+    }
+    let item = |(name, value): &(String, String)| number_item(name, value);
+    let numbers: String = page.numbers.iter().map(item).collect();
+    format!("<h1>{title}</h1>\n<ul class=\"numbers\">\n{numbers}</ul>\n")
+}
+
+fn number_item(name: &str, value: &str) -> String {
+    let (name, value) = (escaped(name), escaped(value));
+    format!("<li><b>{value}</b><span>{name}</span></li>\n")
+}
+
+fn verdict(page: &Page<'_>, shown: &Shown<'_>) -> String {
+    let comparison = shown.comparison;
     let totals = &comparison.totals;
     let verdict = comparison.verdict;
     let mut numbers = String::new();
-    let mut number = |name: &str, value: String| {
-        numbers += &format!("<li><b>{}</b><span>{name}</span></li>\n", escaped(&value));
-    };
+    let mut number = |name: &str, value: String| numbers += &number_item(name, &value);
     number("pairs of frames", totals.frames().to_string());
     if totals.missing() > 0 {
         number("without a partner", totals.missing().to_string());
@@ -41,11 +53,10 @@ pub(super) fn heading(page: &Page<'_>) -> String {
         let share = 100.0 * film.all.share_added();
         number("flicker: changes in B only", format!("{share:.3} %"));
     }
-    if let Some(point) = page.points.last().filter(|_| page.points.len() == 2) {
-        number(
-            "as fast as the plain film",
-            format!("{:.2} ×", point.speedup),
-        );
+    if let [_, point] = page.curve.points.as_slice()
+        && let Some(speedup) = point.speeds.first()
+    {
+        number("as fast as the plain film", format!("{speedup:.2} ×"));
     }
     let reason = comparison
         .reason
@@ -53,14 +64,13 @@ pub(super) fn heading(page: &Page<'_>) -> String {
         .map(escaped)
         .unwrap_or_default();
     format!(
-        "<h1>{}</h1>\n<p class=\"{}\"><strong>{}</strong> {reason}</p>\n<ul class=\"numbers\">\n{numbers}</ul>\n",
-        escaped(&page.title),
+        "<p class=\"{}\"><strong>{}</strong> {reason}</p>\n<ul class=\"numbers\">\n{numbers}</ul>\n",
         class(verdict),
         verdict.words()
     )
 }
 
-fn class(verdict: Verdict) -> &'static str {
+pub(super) fn class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Within => "within",
         Verdict::Warning => "warning",
@@ -71,60 +81,76 @@ fn class(verdict: Verdict) -> &'static str {
 }
 
 pub(super) fn curve(page: &Page<'_>) -> String {
-    if page.points.is_empty() {
+    let curve = &page.curve;
+    if curve.points.is_empty() {
         return String::new();
     }
+    let options = |names: &[String]| {
+        let option = |(k, name): (usize, &String)| {
+            format!("<option value=\"{k}\">{}</option>", escaped(name))
+        };
+        names.iter().enumerate().map(option).collect::<String>()
+    };
+    let mut choice = String::new();
+    if curve.speeds.len() > 1 || curve.errors.len() > 1 {
+        choice = format!(
+            "<div class=\"bar\"><label>Speed by <select id=\"speed\">{}</select></label>\n\
+             <label>Error <select id=\"error\">{}</select></label></div>\n",
+            options(&curve.speeds),
+            options(&curve.errors)
+        );
+    }
+    let mut drawings = String::new();
+    for speed in 0..curve.speeds.len() {
+        for error in 0..curve.errors.len() {
+            let hidden = if (speed, error) == (0, 0) {
+                ""
+            } else {
+                " hidden"
+            };
+            drawings += &format!(
+                "<div data-curve=\"{speed},{error}\"{hidden}>{}</div>\n",
+                chart::trade(curve, speed, error)
+            );
+        }
+    }
     format!(
-        "<h2>Speed against error</h2>\n<figure>{}<figcaption>Right is faster, low is closer to the \
-         plain film. Hollow: another setting is both.</figcaption></figure>\n",
-        chart::trade(&page.points)
+        "<h2>Speed against error</h2>\n{choice}<figure tabindex=\"0\">{drawings}<figcaption>Right \
+         is faster, low is closer to the plain film. Hollow: another setting is both.</figcaption>\
+         </figure>\n"
     )
 }
 
-/// The errors by frame and the periods: both along the film.
-pub(super) fn film(page: &Page<'_>) -> String {
-    let mut text = String::new();
-    let errors: Vec<f64> = page
-        .comparison
-        .entries
-        .iter()
-        .filter_map(|entry| match entry {
-            Entry::Pair(pair) => Some(pair.metrics.as_ref()?.perceived?.flip.mean),
-            Entry::Missing { .. } => None,
-        })
-        .collect();
-    if errors.len() > 1 {
-        let drawing = chart::by_frame(&errors);
-        text += &format!("<h2>Error along the film</h2>\n<figure>{drawing}</figure>\n");
-    }
-    for run in page.runs.iter().filter(|run| !run.periods.is_empty()) {
-        text += &format!(
-            "<h2>Periods of {}</h2>\n<figure>{}<figcaption>Objects by class: {}. The number is the \
-             period's first frame.</figcaption></figure>\n",
-            escaped(&run.label),
-            chart::periods(run),
-            legend()
-        );
-    }
-    text
-}
-
-fn legend() -> String {
-    let item = |class: &&str| {
-        format!(
-            "<svg viewBox=\"0 0 10 10\" style=\"display:inline;width:.8em\" aria-hidden=\"true\">\
-             <rect class=\"{class}\" width=\"10\" height=\"10\"/></svg> {class}"
-        )
+pub(super) fn table(page: &Page<'_>) -> String {
+    let Some(table) = &page.table else {
+        return String::new();
     };
-    chart::CLASSES
-        .iter()
-        .map(item)
-        .collect::<Vec<_>>()
-        .join(", ")
+    let cell = |tag: &'static str| move |text: &String| format!("<{tag}>{}</{tag}>", escaped(text));
+    let head: String = table.head.iter().map(cell("th")).collect();
+    let mut rows = String::new();
+    for row in &table.rows {
+        let cells: String = row.cells.iter().map(cell("td")).collect();
+        let class = if row.strong { " class=\"front\"" } else { "" };
+        let shown = row
+            .shown
+            .map_or_else(String::new, |k| format!(" data-choose=\"{k}\""));
+        rows += &format!("<tr{class}{shown}>{cells}</tr>\n");
+    }
+    let item = |note: &String| format!("<li>{}</li>\n", escaped(note));
+    let notes: String = table.notes.iter().map(item).collect();
+    let notes = if notes.is_empty() {
+        notes
+    } else {
+        format!("<ul class=\"notes\">\n{notes}</ul>\n")
+    };
+    format!(
+        "<h2>Settings</h2>\n<div class=\"scroll settings\" tabindex=\"0\"><table>\n\
+         <thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n{notes}"
+    )
 }
 
-pub(super) fn viewer(frames: &[usize]) -> String {
-    if frames.is_empty() {
+pub(super) fn viewer(page: &Page<'_>, worst: &[Vec<usize>]) -> String {
+    if worst.iter().all(Vec::is_empty) {
         return String::new();
     }
     let modes = [
@@ -139,76 +165,26 @@ pub(super) fn viewer(frames: &[usize]) -> String {
         )
     };
     let buttons: String = modes.into_iter().map(button).collect();
+    let mut choice = String::new();
+    let mut keys = "";
+    if page.shown.len() > 1 {
+        let option = |(k, shown): (usize, &Shown<'_>)| {
+            format!("<option value=\"{k}\">{}</option>", escaped(&shown.label))
+        };
+        let options: String = page.shown.iter().enumerate().map(option).collect();
+        choice = format!("<label>Setting <select id=\"shown\">{options}</select></label>\n");
+        keys = " <kbd>p</kbd> <kbd>n</kbd> setting,";
+    }
     format!(
-        "<h2>Frames, worst first</h2>\n<div id=\"viewer\">\n<div class=\"bar\">\n\
+        "<h2>Frames, worst first</h2>\n<div id=\"viewer\">\n<div class=\"bar\">\n{choice}\
          <button type=\"button\" data-step=\"-1\" aria-label=\"Frame before\">←</button>\n\
          <button type=\"button\" data-step=\"1\" aria-label=\"Next frame\">→</button>\n{buttons}</div>\n\
          <p id=\"frame-name\" aria-live=\"polite\"></p>\n\
          <div class=\"stage slider\"><img alt=\"\"><img alt=\"\"></div>\n\
          <input type=\"range\" min=\"0\" max=\"100\" step=\"0.5\" value=\"50\" aria-label=\"Where A ends and B begins\">\n\
-         <p class=\"faint\">A is at the left, B at the right. Keys: <kbd>←</kbd> <kbd>→</kbd> frame, \
+         <p class=\"faint\">A is at the left, B at the right. Keys: <kbd>←</kbd> <kbd>→</kbd> frame,{keys} \
          <kbd>1</kbd> to <kbd>4</kbd> ways to look, <kbd>space</kbd> the other picture of the flicker.</p>\n</div>\n"
     )
-}
-
-pub(super) fn table(page: &Page<'_>, worst: &[usize]) -> String {
-    let mut rows = String::new();
-    let shown = worst.iter().copied().enumerate();
-    for (row, k) in shown {
-        let Some(Entry::Pair(pair)) = page.comparison.entries.get(k) else {
-            continue;
-        };
-        let Some(metrics) = &pair.metrics else {
-            continue;
-        };
-        let nothing = || "–".to_owned();
-        let five = |value: f64| format!("{value:.5}");
-        let seen = metrics.perceived.as_ref();
-        let cells = [
-            seen.map_or_else(nothing, |seen| five(seen.flip.mean)),
-            seen.and_then(|seen| seen.ssim)
-                .map_or_else(nothing, |ssim| five(ssim.mean)),
-            five(metrics.max),
-            format!("{:.2}", metrics.psnr()).replace("inf", "∞"),
-            format!("{:.3} %", 100.0 * metrics.share_above()),
-            pair.flicker
-                .map_or_else(nothing, |flicker| flicker.added.to_string()),
-        ];
-        rows += &format!(
-            "<tr data-frame=\"{row}\"><td>{}</td><td>{}</td><td class=\"{}\">{}</td></tr>\n",
-            escaped(&pair.name),
-            cells.join("</td><td>"),
-            class(pair.verdict),
-            pair.verdict.words()
-        );
-    }
-    let mut text = String::new();
-    if !rows.is_empty() {
-        text += &format!(
-            "<div class=\"scroll\"><table>\n<thead><tr><th>frame</th><th>FLIP</th><th>SSIM</th>\
-             <th>max</th><th>PSNR dB</th><th>above</th><th>flicker</th><th>verdict</th></tr></thead>\n\
-             <tbody>\n{rows}</tbody>\n</table></div>\n"
-        );
-    }
-    let without = page
-        .comparison
-        .entries
-        .iter()
-        .filter_map(|entry| match entry {
-            Entry::Missing { name, from } => {
-                Some(format!("{}: missing from {}", escaped(name), from.letter()))
-            }
-            Entry::Pair(pair) if pair.metrics.is_none() => {
-                let reasons = escaped(&pair.reasons.join("; "));
-                let name = escaped(&pair.name);
-                Some(format!("{name}: {}: {reasons}", pair.verdict.words()))
-            }
-            Entry::Pair(_) => None,
-        });
-    for line in without {
-        text += &format!("<p class=\"failed\">{line}</p>\n");
-    }
-    text
 }
 
 /// How the films were made, on which machine, with which versions.
@@ -217,12 +193,10 @@ pub(super) fn runs(page: &Page<'_>) -> String {
     for run in &page.runs {
         text += &facts(run);
     }
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
     text += &format!(
-        "<p class=\"faint\">Compared by decor {} on {} ({}), {threads} threads.</p>\n",
+        "<p class=\"faint\">Compared by decor {} on: {}.</p>\n",
         env!("CARGO_PKG_VERSION"),
-        std::env::consts::OS,
-        std::env::consts::ARCH,
+        escaped(&page.machine.to_string()),
     );
     text
 }

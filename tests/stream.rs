@@ -1,0 +1,874 @@
+//! `decor stream`, through pipes that stay open: a scene is written, and only
+//! when its frame is there the next.
+
+mod common;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use common::{Run, differing_pixels};
+use serde_json::{Value, json};
+
+/// Nothing here takes so long, unless it hangs.
+const LONG: Duration = Duration::from_secs(120);
+
+/// The program with its pipes.
+struct Pipes {
+    child: Child,
+    stdin: Option<ChildStdin>,
+    lines: Receiver<Value>,
+    out: PathBuf,
+    /// Lines of `begin`, by their first frame.
+    begins: BTreeMap<u64, Value>,
+    /// Lines of `period`.
+    periods: Vec<Value>,
+    /// Lines of `frame`.
+    frames: Vec<Value>,
+    summary: Option<Value>,
+}
+
+impl Drop for Pipes {
+    fn drop(&mut self) {
+        // A test that failed leaves nothing behind.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Pipes {
+    fn open(folder: &Path, out: &Path, options: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_decor"))
+            .args(["stream", "--json", "--folder"])
+            .arg(folder)
+            .arg("-o")
+            .arg(out)
+            .args(options)
+            .env("NO_COLOR", "1")
+            .env_remove("DECOR_LOG")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let stdout = BufReader::new(child.stdout.take().unwrap());
+        let (send, lines) = channel();
+        std::thread::spawn(move || {
+            for line in stdout.lines() {
+                let value = serde_json::from_str(&line.unwrap()).expect("JSON");
+                if send.send(value).is_err() {
+                    break;
+                }
+            }
+        });
+        Self {
+            stdin: child.stdin.take(),
+            child,
+            lines,
+            out: out.to_owned(),
+            begins: BTreeMap::new(),
+            periods: Vec::new(),
+            frames: Vec::new(),
+            summary: None,
+        }
+    }
+
+    /// The next line that the program prints.
+    fn next(&mut self) -> Option<Value> {
+        let line = match self.lines.recv_timeout(LONG) {
+            Ok(line) => line,
+            Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => return None,
+            Err(std::sync::mpsc::RecvTimeoutError::Timeout) => panic!("nothing comes out"),
+        };
+        match line["type"].as_str().unwrap() {
+            "begin" => {
+                self.begins
+                    .insert(line["start"].as_u64().unwrap(), line.clone());
+            }
+            "period" => self.periods.push(line.clone()),
+            "frame" => self.frames.push(line.clone()),
+            "summary" => self.summary = Some(line.clone()),
+            other => panic!("a line of {other}"),
+        }
+        Some(line)
+    }
+
+    fn write(&mut self, text: &str) {
+        let stdin = self.stdin.as_mut().unwrap();
+        stdin.write_all(text.as_bytes()).unwrap();
+        stdin.write_all(b"\n").unwrap();
+        stdin.flush().unwrap();
+    }
+
+    /// Waits for a frame; it is whole, and no later one is there.
+    fn wait_for(&mut self, number: u64) {
+        loop {
+            let line = self.next().expect("a frame");
+            if line["type"] == "frame" {
+                assert_eq!(line["frame"], number);
+                let file = self.file(number);
+                assert_eq!(line["file"].as_str().unwrap(), file.to_str().unwrap());
+                common::pixels(&file);
+                assert!(!self.file(number + 1).exists());
+                return;
+            }
+        }
+    }
+
+    /// Writes a scene and waits for its frame.
+    fn send(&mut self, scene: &Value) {
+        self.write(&scene.to_string());
+        self.wait_for(scene["scene"].as_u64().unwrap());
+    }
+
+    fn file(&self, number: u64) -> PathBuf {
+        self.out.join(format!("frame_{number:04}.png"))
+    }
+
+    /// Ends the stream; gives the exit status and stderr.
+    fn end(&mut self) -> (i32, String) {
+        self.stdin = None;
+        while self.next().is_some() {}
+        let mut stderr = String::new();
+        let mut pipe = self.child.stderr.take().unwrap();
+        std::io::Read::read_to_string(&mut pipe, &mut stderr).unwrap();
+        (self.child.wait().unwrap().code().unwrap_or(-1), stderr)
+    }
+
+    fn ends_well(&mut self) -> Value {
+        let (status, stderr) = self.end();
+        assert_eq!(status, 0, "{stderr}");
+        let summary = self.summary.clone().expect("a summary");
+        let file = std::fs::read_to_string(self.out.join("decor.json")).unwrap();
+        let file: Value = serde_json::from_str(&file).unwrap();
+        assert_eq!(file, summary);
+        let kept: Vec<Value> = self.periods.iter().map(untyped).collect();
+        assert_eq!(summary["periods"].as_array().unwrap(), &kept);
+        assert_eq!(summary["frames"], self.frames.len());
+        summary
+    }
+}
+
+fn untyped(line: &Value) -> Value {
+    let mut line = line.clone();
+    line.as_object_mut().unwrap().remove("type");
+    line
+}
+
+// ---- A small world that turns suddenly, and what it looks like.
+
+type V = [f64; 3];
+
+const SIZE: [u32; 2] = [96, 72];
+
+/// SplitMix64: the same on every machine.
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+    fn range(&mut self, a: f64, b: f64) -> f64 {
+        a + (b - a) * (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+    fn below(&mut self, n: u64) -> usize {
+        (self.bits() % n) as usize
+    }
+    fn vector(&mut self, far: f64) -> V {
+        [0; 3].map(|_| self.range(-far, far))
+    }
+}
+
+#[derive(Clone)]
+struct Thing {
+    name: String,
+    path: &'static str,
+    position: V,
+    angles: V,
+    velocity: V,
+    spin: V,
+    there: bool,
+}
+
+#[derive(Clone)]
+struct World {
+    eye: V,
+    eye_velocity: V,
+    aim: V,
+    aim_velocity: V,
+    angles: [f64; 2],
+    light: f64,
+    things: Vec<Thing>,
+}
+
+fn plus(a: V, b: V, times: f64) -> V {
+    std::array::from_fn(|i| a[i] + b[i] * times)
+}
+
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: V, b: V) -> V {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn unit(a: V) -> V {
+    a.map(|x| x / dot(a, a).sqrt())
+}
+
+impl World {
+    fn new(random: &mut Random) -> Self {
+        let things = (0..14).map(|k| Thing {
+            name: format!("thing_{k}"),
+            path: if k % 5 == 0 { "brick" } else { "ball" },
+            position: plus([0.0, 0.0, 14.0], random.vector(11.0), 1.0),
+            angles: random.vector(180.0),
+            velocity: [0.0; 3],
+            spin: [0.0; 3],
+            there: k < 11,
+        });
+        Self {
+            eye: [0.0, 0.0, -30.0],
+            eye_velocity: [0.0; 3],
+            aim: [0.0, 0.0, 10.0],
+            aim_velocity: [0.0; 3],
+            angles: [50.0, 38.55],
+            light: 0.9,
+            things: things.collect(),
+        }
+    }
+
+    /// As velocities have it, so many frames later.
+    fn after(&self, steps: f64) -> Self {
+        let mut world = self.clone();
+        world.eye = plus(self.eye, self.eye_velocity, steps);
+        world.aim = plus(self.aim, self.aim_velocity, steps);
+        for thing in &mut world.things {
+            thing.position = plus(thing.position, thing.velocity, steps);
+            thing.angles = plus(thing.angles, thing.spin, steps);
+        }
+        world
+    }
+
+    /// Something happens that nobody could know of.
+    fn surprise(&mut self, random: &mut Random) {
+        let speed = [0.0, 0.03, 0.08, 0.7][random.below(4)];
+        let k = random.below(self.things.len() as u64);
+        let thing = &mut self.things[k];
+        match random.below(10) {
+            0 | 1 => {
+                // The observer turns.
+                self.eye_velocity = random.vector(speed);
+                self.aim_velocity = self.eye_velocity;
+            }
+            2 => {
+                self.eye_velocity = [0.0; 3];
+                self.aim_velocity = random.vector(speed);
+            }
+            3 => {
+                self.eye = [random.range(-5.0, 5.0), random.range(-4.0, 4.0), -30.0];
+                self.eye_velocity = random.vector(0.06);
+            }
+            4 => thing.there = !thing.there,
+            5 => {
+                let position = plus([0.0, 0.0, 14.0], random.vector(11.0), 1.0);
+                thing.position = position;
+                thing.velocity = random.vector(0.04);
+            }
+            6 => {
+                let speed = [0.0, 0.1, 9.0][random.below(3)];
+                thing.spin = random.vector(speed);
+            }
+            7 if random.below(3) == 0 => self.light = random.range(0.4, 1.0),
+            7 if random.below(3) == 0 => self.angles[0] = random.range(45.0, 55.0),
+            _ => thing.velocity = random.vector(speed),
+        }
+    }
+
+    fn scene(&self, number: u32) -> Value {
+        let objects: Vec<Value> = self
+            .things
+            .iter()
+            .filter(|thing| thing.there)
+            .map(|thing| {
+                json!({"path": thing.path, "name": thing.name, "position": thing.position,
+                       "angles": thing.angles, "velocity": thing.velocity,
+                       "angles_velocity": thing.spin})
+            })
+            .collect();
+        let light = [self.light; 3];
+        json!({"scene": number, "size": SIZE, "angles": self.angles,
+               "eye": {"position": self.eye, "velocity": self.eye_velocity},
+               "aim": {"position": self.aim, "velocity": self.aim_velocity},
+               "lights": [{"type": "sun", "position": [-20, 30, -40], "colour": light}],
+               "background": [0.3, 0.4, 0.6], "objects": objects})
+    }
+
+    fn thing(&self, name: &str) -> Option<&Thing> {
+        self.things
+            .iter()
+            .find(|thing| thing.there && thing.name == name)
+    }
+
+    /// Where a point is in the picture, in pixels; `None` behind the observer.
+    fn see(&self, point: V) -> Option<[f64; 2]> {
+        let z = unit(plus(self.aim, self.eye, -1.0));
+        let x = unit(cross([0.0, 1.0, 0.0], z));
+        let y = cross(z, x);
+        let seen = plus(point, self.eye, -1.0);
+        let depth = dot(seen, z);
+        let focal =
+            |side: u32, angle: f64| f64::from(side) / (2.0 * (angle / 2.0).to_radians().tan());
+        (depth > 0.0).then(|| {
+            [
+                f64::from(SIZE[0]) / 2.0 + focal(SIZE[0], self.angles[0]) * dot(seen, x) / depth,
+                f64::from(SIZE[1]) / 2.0 - focal(SIZE[1], self.angles[1]) * dot(seen, y) / depth,
+            ]
+        })
+    }
+}
+
+fn in_picture(point: [f64; 2]) -> bool {
+    (0..2).all(|i| (0.0..f64::from(SIZE[i])).contains(&point[i]))
+}
+
+impl Thing {
+    /// A point of it in the world: turned about x, y, z, then moved.
+    fn place(&self, [x, y, z]: V) -> V {
+        let [a, b, c] = self.angles.map(f64::to_radians);
+        let [x, y, z] = [x, y * a.cos() - z * a.sin(), y * a.sin() + z * a.cos()];
+        let [x, y, z] = [x * b.cos() + z * b.sin(), y, -x * b.sin() + z * b.cos()];
+        let turned = [x * c.cos() - y * c.sin(), x * c.sin() + y * c.cos(), z];
+        plus(self.position, turned, 1.0)
+    }
+
+    /// Points of its surface, in its own coordinates.
+    fn points(&self) -> Vec<V> {
+        const COUNT: usize = 200;
+        let sphere = (0..COUNT).map(|k| {
+            let y = 1.0 - 2.0 * (k as f64 + 0.5) / COUNT as f64;
+            let (angle, r) = (k as f64 * 2.399_963, (1.0 - y * y).sqrt());
+            [r * angle.cos(), y, r * angle.sin()]
+        });
+        match self.path {
+            "ball" => sphere.collect(),
+            // Out to the sides of the brick.
+            _ => sphere
+                .map(|p| {
+                    let most = p.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                    let on_cube = p.map(|x| x / most);
+                    [on_cube[0] * 1.5, on_cube[1] * 0.6, on_cube[2] * 0.8]
+                })
+                .collect(),
+        }
+    }
+}
+
+fn objects_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let colour = |rgb: &str| format!("(colour: {rgb}, ambient: 0.2, diffuse: 0.7)");
+    let ball = colour("(0.9, 0.5, 0.1)");
+    let brick = colour("(0.2, 0.7, 0.3)");
+    write("ball.ron", &format!("material({ball}, sphere(radius: 1))"));
+    write(
+        "brick.ron",
+        &format!("material({brick}, box(min: (-1.5, -0.6, -0.8), max: (1.5, 0.6, 0.8)))"),
+    );
+    folder
+}
+
+/// The largest motion of an object from one world to another, of its points that
+/// either shows in the picture.
+fn motion(name: &str, from: &World, to: &World) -> f64 {
+    let (a, b) = (from.thing(name).unwrap(), to.thing(name).unwrap());
+    let mut most = 0.0_f64;
+    for point in a.points() {
+        let (before, after) = (from.see(a.place(point)), to.see(b.place(point)));
+        let shows = |p: Option<[f64; 2]>| p.is_some_and(in_picture);
+        if !shows(before) && !shows(after) {
+            continue;
+        }
+        let (Some(p), Some(q)) = (before, after) else {
+            return f64::INFINITY;
+        };
+        most = most.max((p[0] - q[0]).hypot(p[1] - q[1]));
+    }
+    most
+}
+
+/// What a validity check has seen.
+#[derive(Default, Debug)]
+struct Seen {
+    slow: usize,
+    immobile: usize,
+    clipped: usize,
+    fast: usize,
+    dissolved: usize,
+    largest_px: f64,
+}
+
+/// Is every object of the décor of a frame where its class says?
+fn check_frame(number: usize, start: usize, begin: &Value, worlds: &[World], seen: &mut Seen) {
+    let threshold = begin["threshold_px"].as_f64().unwrap();
+    let (made, now) = (&worlds[start], &worlds[number]);
+    if !begin["whole"].is_null() {
+        return;
+    }
+    assert_eq!(made.light, now.light, "frame {number}");
+    assert_eq!(made.angles, now.angles, "frame {number}");
+    for object in begin["objects"].as_array().unwrap() {
+        let name = object["name"].as_str().unwrap();
+        let class = object["class"].as_str().unwrap();
+        let what = format!("{name}, {class}, in frame {number} of the period from {start}");
+        if class == "fast" {
+            seen.fast += 1;
+            continue;
+        }
+        assert!(made.thing(name).is_some(), "{what}");
+        let thing = now.thing(name).unwrap_or_else(|| panic!("{what}"));
+        let moved = motion(name, made, now);
+        match class {
+            "immobile" => {
+                seen.immobile += 1;
+                assert_eq!(moved, 0.0, "{what}");
+            }
+            "slow" => {
+                seen.slow += 1;
+                seen.largest_px = seen.largest_px.max(moved);
+                assert!(moved <= threshold, "{what}: {moved} px");
+                if let Some(until) = begin["dissolves_until"].as_u64() {
+                    seen.dissolved += 1;
+                    let target = made.after((until as usize - start) as f64);
+                    let onward = motion(name, now, &target);
+                    assert!(onward <= threshold, "{what}: {onward} px onward");
+                }
+            }
+            "clipped" => {
+                seen.clipped += 1;
+                let shows = |p: &V| now.see(thing.place(*p)).is_some_and(in_picture);
+                assert!(!thing.points().iter().any(shows), "{what}");
+            }
+            other => panic!("{other}"),
+        }
+    }
+}
+
+/// Worlds of 200 scenes, and the frames in which something happened.
+fn turning_worlds(seed: u64) -> (Vec<World>, BTreeSet<u64>) {
+    let mut random = Random(seed);
+    let mut worlds = vec![World::new(&mut random)];
+    let mut surprises = BTreeSet::new();
+    let mut next = 3;
+    for number in 1..200 {
+        let mut world = worlds.last().unwrap().after(1.0);
+        if number == next {
+            for _ in 0..=random.below(3) {
+                world.surprise(&mut random);
+            }
+            surprises.insert(number as u64);
+            next += 1 + random.below(10);
+        }
+        worlds.push(world);
+    }
+    (worlds, surprises)
+}
+
+#[test]
+fn two_hundred_scenes_with_sudden_turns() {
+    let mut seen = Seen::default();
+    let thesis = ["--measure", "thesis", "--threshold", "2"];
+    for (seed, options) in [
+        (1, &["--period", "9"][..]),
+        (2, &["--period", "auto"]),
+        (3, &["--period", "15", "--threshold", "0.5"]),
+        (4, &thesis),
+    ] {
+        let objects = objects_folder();
+        let out = objects.path().join("frames");
+        let common = ["--renderer", "reference", "--no-fallback"];
+        let mut pipes = Pipes::open(objects.path(), &out, &[&common[..], options].concat());
+        let (worlds, surprises) = turning_worlds(seed);
+        for (number, world) in worlds.iter().enumerate() {
+            pipes.send(&world.scene(number as u32));
+        }
+        let summary = pipes.ends_well();
+        assert_eq!(summary["frames"], 200);
+        for line in &pipes.frames {
+            let number = line["frame"].as_u64().unwrap() as usize;
+            let start = line["period"].as_u64().unwrap();
+            let begin = &pipes.begins[&start];
+            // The thesis's own measure promises no bound.
+            if options != thesis {
+                check_frame(number, start as usize, begin, &worlds, &mut seen);
+            }
+        }
+        // The periods follow each other, and none fails without a reason.
+        let mut next = 0;
+        let mut failed = 0;
+        for period in &pipes.periods {
+            assert_eq!(period["start"], next);
+            next += period["length"].as_u64().unwrap();
+            if period["end"] == "prediction_failed" {
+                failed += 1;
+                let start = period["start"].as_u64().unwrap();
+                assert!(
+                    surprises.range(start + 1..=next).next().is_some(),
+                    "{period}"
+                );
+                assert!(!period["failed"].as_str().unwrap().is_empty());
+            }
+        }
+        assert_eq!(next, 200);
+        assert_eq!(pipes.begins.len(), pipes.periods.len());
+        assert!(failed >= 8, "{failed} of {} surprises", surprises.len());
+        println!("{} periods, {failed} failed", pipes.periods.len());
+    }
+    assert!(seen.slow > 1000 && seen.immobile > 100, "{seen:?}");
+    assert!(seen.clipped > 100 && seen.fast > 1000, "{seen:?}");
+    assert!(seen.dissolved > 500 && seen.largest_px > 0.5, "{seen:?}");
+}
+
+/// The scenes of a bundled film, a frame each: all of them stated, none carried
+/// on by velocities.
+fn scenes_of(film: &Path, folder: &Path) -> Vec<Value> {
+    let lines = folder.join("film.jsonl");
+    Run::new(["convert"]).arg(film).arg(&lines).succeeds();
+    let text = std::fs::read_to_string(&lines).unwrap();
+    let mut first: Value = serde_json::from_str(text.lines().next().unwrap()).unwrap();
+    first.as_object_mut().unwrap().remove("frames");
+    let film = decor::film::read(film, false).unwrap();
+    let scene = |number: u32| {
+        let state = film.frame(number);
+        let objects: Vec<Value> = state
+            .objects
+            .iter()
+            .map(|object| {
+                json!({"path": object.path, "name": object.name,
+                       "position": object.pose.position.to_array(),
+                       "angles": object.pose.angles_deg.to_array(),
+                       "velocity": object.motion.velocity.to_array(),
+                       "angles_velocity": object.motion.angles_velocity_deg.to_array()})
+            })
+            .collect();
+        let mut scene = if number == 0 {
+            first.clone()
+        } else {
+            json!({"scene": number})
+        };
+        scene["objects"] = objects.into();
+        scene
+    };
+    film.frames().map(scene).collect()
+}
+
+/// A film's scenes streamed are the film rendered, where nothing slow is kept.
+#[test]
+fn a_stream_of_a_film_is_the_film() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = common::fixture("contact/contact.anim");
+    let objects = film.parent().unwrap();
+    let (streamed, rendered) = (folder.path().join("stream"), folder.path().join("film"));
+    let scenes = scenes_of(&film, folder.path());
+    let options = ["--threshold", "0", "--no-fallback", "--format", "png16"];
+    let mut pipes = Pipes::open(
+        objects,
+        &streamed,
+        &[&options[..], &["--renderer", "reference"]].concat(),
+    );
+    for scene in &scenes {
+        pipes.send(scene);
+    }
+    let summary = pipes.ends_well();
+    // Still objects stay in one décor, however long the stream is.
+    assert_eq!(summary["periods"].as_array().unwrap().len(), 1, "{summary}");
+    assert_eq!(summary["pixels_traced"]["decor"], 200 * 150);
+    Run::new(["render", "--renderer", "reference", "-q", "-o"])
+        .arg(&rendered)
+        .arg(&film)
+        .args(options)
+        .succeeds();
+    assert_eq!(scenes.len(), 12);
+    for number in 0..12 {
+        let file = |out: &Path| out.join(format!("frame_{number:04}.png"));
+        let wrong = differing_pixels(&file(&streamed), &file(&rendered));
+        assert_eq!(wrong.len(), 0, "frame {number}");
+    }
+}
+
+/// The same with POV-Ray, whose stock frames the stream's are.
+#[test]
+fn ten_scenes_with_povray() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = common::fixture("contact/contact.anim");
+    let objects = film.parent().unwrap();
+    let (streamed, plain) = (folder.path().join("stream"), folder.path().join("plain"));
+    let scenes = scenes_of(&film, folder.path());
+    let keep = folder.path().join("kept");
+    let options = ["--threshold", "0", "--no-fallback", "--keep"];
+    let options = [&options[..], &[keep.to_str().unwrap()]].concat();
+    let mut pipes = Pipes::open(objects, &streamed, &options);
+    for scene in &scenes[..10] {
+        pipes.send(scene);
+    }
+    let summary = pipes.ends_well();
+    assert_eq!(summary["frames"], 10);
+    assert_eq!(summary["renderer"], "povray");
+    assert_eq!(summary["periods"].as_array().unwrap().len(), 1);
+    assert!(keep.join("period_0000").is_dir());
+    Run::new(["render", "--baseline", "-q", "--frames", "0-9", "-o"])
+        .arg(&plain)
+        .arg(&film)
+        .succeeds();
+    for number in 0..10 {
+        let file = |out: &Path| out.join(format!("frame_{number:04}.png"));
+        let wrong = differing_pixels(&file(&streamed), &file(&plain));
+        assert_eq!(wrong.len(), 0, "frame {number}");
+    }
+}
+
+/// A moving observer with POV-Ray, a turn, and a target to dissolve towards.
+#[test]
+fn a_turn_with_povray() {
+    let objects = objects_folder();
+    let out = objects.path().join("frames");
+    let options = ["--no-fallback", "--period", "5"];
+    let mut pipes = Pipes::open(objects.path(), &out, &options);
+    let mut random = Random(5);
+    let mut world = World::new(&mut random);
+    world.eye_velocity = [0.05, 0.0, 0.1];
+    let mut worlds = vec![world];
+    for number in 1..10 {
+        let mut world = worlds.last().unwrap().after(1.0);
+        if number == 3 {
+            // More than the threshold in one step.
+            world.eye[0] += 4.0;
+            world.eye_velocity[0] = -0.05;
+        }
+        worlds.push(world);
+    }
+    for (number, world) in worlds.iter().enumerate() {
+        pipes.send(&world.scene(number as u32));
+    }
+    pipes.ends_well();
+    let ends: Vec<(u64, &str)> = pipes
+        .periods
+        .iter()
+        .map(|p| (p["length"].as_u64().unwrap(), p["end"].as_str().unwrap()))
+        .collect();
+    assert_eq!(ends, [(3, "prediction_failed"), (5, "asked"), (2, "done")]);
+    let mut seen = Seen::default();
+    for line in &pipes.frames {
+        let (number, start) = (&line["frame"], line["period"].as_u64().unwrap());
+        let number = number.as_u64().unwrap() as usize;
+        check_frame(
+            number,
+            start as usize,
+            &pipes.begins[&start],
+            &worlds,
+            &mut seen,
+        );
+    }
+    assert!(seen.dissolved > 20, "{seen:?}");
+}
+
+/// A program that states no velocities is predicted by what it did.
+#[test]
+fn velocities_that_nobody_states() {
+    let objects = objects_folder();
+    let out = objects.path().join("frames");
+    let options = ["--renderer", "reference", "--no-fallback", "--period", "10"];
+    let mut pipes = Pipes::open(objects.path(), &out, &options);
+    let mut random = Random(11);
+    let mut world = World::new(&mut random);
+    world.eye_velocity = [0.02, 0.01, 0.03];
+    world.things[1].velocity = [0.5, 0.0, 0.0];
+    let mut worlds = Vec::new();
+    for number in 0..41 {
+        let now = world.after(f64::from(number));
+        let mut stated = now.clone();
+        stated.eye_velocity = [0.0; 3];
+        stated.things[1].velocity = [0.0; 3];
+        pipes.send(&stated.scene(number));
+        worlds.push(now);
+    }
+    pipes.ends_well();
+    // The first scene says that everything stays.
+    let lengths: Vec<u64> = pipes
+        .periods
+        .iter()
+        .map(|p| p["length"].as_u64().unwrap())
+        .collect();
+    assert_eq!(lengths, [1, 10, 10, 10, 10]);
+    let mut seen = Seen::default();
+    for line in &pipes.frames {
+        let (number, start) = (&line["frame"], line["period"].as_u64().unwrap());
+        let number = number.as_u64().unwrap() as usize;
+        check_frame(
+            number,
+            start as usize,
+            &pipes.begins[&start],
+            &worlds,
+            &mut seen,
+        );
+    }
+    assert!(seen.slow > 100 && seen.fast > 20, "{seen:?}");
+}
+
+#[test]
+fn scenes_that_are_left_out_are_shown() {
+    let objects = objects_folder();
+    let out = objects.path().join("frames");
+    let mut pipes = Pipes::open(objects.path(), &out, &["--renderer", "reference"]);
+    let world = World::new(&mut Random(2));
+    pipes.send(&world.scene(4));
+    // Blank lines show nothing.
+    pipes.write("");
+    pipes.write(&world.scene(8).to_string());
+    for number in 5..8 {
+        loop {
+            let line = pipes.next().expect("a frame");
+            if line["type"] == "frame" {
+                assert_eq!(line["frame"], number);
+                break;
+            }
+        }
+    }
+    pipes.wait_for(8);
+    // What the stream says of its length, it keeps at its end.
+    pipes.write(r#"{"scene":9,"frames":8}"#);
+    pipes.wait_for(9);
+    let summary = pipes.ends_well();
+    assert_eq!(summary["first_frame"], 4);
+    assert_eq!(summary["frames"], 8);
+    assert!(pipes.file(11).exists() && !pipes.file(12).exists());
+}
+
+#[test]
+fn what_a_later_scene_names_is_read_then() {
+    let objects = objects_folder();
+    let out = objects.path().join("frames");
+    let options = ["--renderer", "reference", "--no-fallback"];
+    let mut pipes = Pipes::open(objects.path(), &out, &options);
+    let mut world = World::new(&mut Random(2));
+    pipes.send(&world.scene(0));
+    pipes.send(&world.scene(1));
+    // It was not even there.
+    std::fs::copy(
+        objects.path().join("brick.ron"),
+        objects.path().join("late.ron"),
+    )
+    .unwrap();
+    world.things[2].path = "late";
+    pipes.send(&world.scene(2));
+    pipes.ends_well();
+    assert_eq!(pipes.periods[0]["end"], "prediction_failed");
+    let failed = pipes.periods[0]["failed"].as_str().unwrap();
+    assert_eq!(failed, "thing_2 has another description in frame 2");
+    assert!(!differing_pixels(&pipes.file(1), &pipes.file(2)).is_empty());
+}
+
+#[test]
+fn a_bad_line_ends_the_stream_and_no_more() {
+    let objects = objects_folder();
+    let world = World::new(&mut Random(2));
+    for (line, says) in [
+        (r#"{"scene":2,"eey":{}}"#, "eey"),
+        (r#"{"scene":1}"#, "scene 1"),
+        (
+            r#"{"scene":2,"objects":[{"path":"nowhere","position":[0,0,0]}]}"#,
+            "nowhere",
+        ),
+        ("scene 2", "JSON"),
+    ] {
+        let out = tempfile::tempdir().unwrap();
+        let mut pipes = Pipes::open(objects.path(), out.path(), &["--renderer", "reference"]);
+        pipes.send(&world.scene(0));
+        pipes.send(&world.scene(1));
+        pipes.write(line);
+        let (status, stderr) = pipes.end();
+        assert_eq!(status, 3, "{stderr}");
+        assert!(stderr.contains(says), "{stderr}");
+        assert!(stderr.contains("stdin"), "{stderr}");
+        assert!(pipes.file(0).exists() && pipes.file(1).exists());
+        assert_eq!(pipes.summary.as_ref().unwrap()["frames"], 2);
+        assert!(out.path().join("decor.json").exists());
+    }
+    // A stream of nothing is none.
+    let out = tempfile::tempdir().unwrap();
+    let mut pipes = Pipes::open(objects.path(), out.path(), &["--renderer", "reference"]);
+    let (status, stderr) = pipes.end();
+    assert_eq!(status, 3, "{stderr}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_stream_that_waits() {
+    let objects = objects_folder();
+    let out = objects.path().join("frames");
+    let mut pipes = Pipes::open(objects.path(), &out, &["--renderer", "reference"]);
+    pipes.send(&World::new(&mut Random(2)).scene(0));
+    let interrupt = Command::new("kill")
+        .args(["-INT", &pipes.child.id().to_string()])
+        .status();
+    assert!(interrupt.unwrap().success());
+    // Stdin stays open.
+    while pipes.next().is_some() {}
+    assert_eq!(pipes.child.wait().unwrap().code(), Some(130));
+    assert_eq!(pipes.summary.as_ref().unwrap()["frames"], 1);
+    assert!(out.join("decor.json").exists());
+}
+
+#[test]
+fn a_budget_changes_the_threshold_a_step_at_a_time() {
+    let objects = objects_folder();
+    let world = {
+        let mut world = World::new(&mut Random(2));
+        world.eye_velocity = [0.02, 0.0, 0.05];
+        world
+    };
+    // Nothing is so fast, and nothing so slow.
+    for (budget, last) in [("1e-9", 3.0), ("1000", 0.4)] {
+        let out = tempfile::tempdir().unwrap();
+        let options = ["--renderer", "reference", "--no-fallback", "--period", "3"];
+        let budget = [
+            "--budget",
+            budget,
+            "--threshold-min",
+            "0.4",
+            "--threshold-max",
+            "3",
+        ];
+        let mut pipes = Pipes::open(
+            objects.path(),
+            out.path(),
+            &[&options[..], &budget].concat(),
+        );
+        for number in 0..24 {
+            pipes.send(&world.after(f64::from(number)).scene(number));
+        }
+        pipes.ends_well();
+        let thresholds: Vec<f64> = pipes
+            .periods
+            .iter()
+            .map(|p| p["threshold_px"].as_f64().unwrap())
+            .collect();
+        assert_eq!(thresholds[0], 1.0);
+        for pair in thresholds.windows(2) {
+            let step = (pair[1] / pair[0]).ln().abs() / std::f64::consts::SQRT_2.ln();
+            assert!(step < 1.0 + 1e-9, "{thresholds:?}");
+        }
+        assert_eq!(*thresholds.last().unwrap(), last, "{thresholds:?}");
+    }
+}
