@@ -533,11 +533,54 @@ fn two_hundred_scenes_with_sudden_turns() {
         assert_eq!(next, 200);
         assert_eq!(pipes.begins.len(), pipes.periods.len());
         assert!(failed >= 8, "{failed} of {} surprises", surprises.len());
-        println!("{} periods, {failed} failed", pipes.periods.len());
+        let strays = strays(&pipes, objects.path(), &worlds);
+        println!(
+            "{} periods, {failed} failed, {strays:?}",
+            pipes.periods.len()
+        );
     }
     assert!(seen.slow > 1000 && seen.immobile > 100, "{seen:?}");
     assert!(seen.clipped > 100 && seen.fast > 1000, "{seen:?}");
     assert!(seen.dissolved > 500 && seen.largest_px > 0.5, "{seen:?}");
+}
+
+/// Against the frames rendered whole: pixels whose colour none of their
+/// neighbours two pixels around has there, in each frame.
+fn strays(pipes: &Pipes, folder: &Path, worlds: &[World]) -> Vec<usize> {
+    const CLOSE: u16 = 24;
+    let film = folder.join("film.jsonl");
+    let lines = worlds
+        .iter()
+        .zip(0..)
+        .map(|(world, number)| world.scene(number).to_string());
+    std::fs::write(&film, lines.collect::<Vec<_>>().join("\n")).unwrap();
+    let whole = folder.join("whole");
+    Run::new([
+        "render",
+        "--renderer",
+        "reference",
+        "--mode",
+        "full",
+        "-q",
+        "-o",
+    ])
+    .arg(&whole)
+    .arg(&film)
+    .succeeds();
+    let strays = |number: u64| {
+        let (width, height, ours) = common::pixels(&pipes.file(number));
+        let (_, _, theirs) = common::pixels(&whole.join(format!("frame_{number:04}.png")));
+        let (width, height) = (width as usize, height as usize);
+        let near = |at: usize, side: usize| at.saturating_sub(2)..(at + 3).min(side);
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let is_stray = |&(x, y): &(usize, usize)| {
+            let pixel = ours[y * width + x];
+            let close = |other: [u16; 3]| (0..3).all(|c| pixel[c].abs_diff(other[c]) <= CLOSE);
+            !near(y, height).any(|y| near(x, width).any(|x| close(theirs[y * width + x])))
+        };
+        places.filter(is_stray).count()
+    };
+    (0..worlds.len() as u64).map(strays).collect()
 }
 
 /// The scenes of a bundled film, a frame each: all of them stated, none carried
