@@ -533,11 +533,54 @@ fn two_hundred_scenes_with_sudden_turns() {
         assert_eq!(next, 200);
         assert_eq!(pipes.begins.len(), pipes.periods.len());
         assert!(failed >= 8, "{failed} of {} surprises", surprises.len());
-        println!("{} periods, {failed} failed", pipes.periods.len());
+        let strays = strays(&pipes, objects.path(), &worlds);
+        println!(
+            "{} periods, {failed} failed, {strays:?}",
+            pipes.periods.len()
+        );
     }
     assert!(seen.slow > 1000 && seen.immobile > 100, "{seen:?}");
     assert!(seen.clipped > 100 && seen.fast > 1000, "{seen:?}");
     assert!(seen.dissolved > 500 && seen.largest_px > 0.5, "{seen:?}");
+}
+
+/// Against the frames rendered whole: pixels whose colour none of their
+/// neighbours two pixels around has there, in each frame.
+fn strays(pipes: &Pipes, folder: &Path, worlds: &[World]) -> Vec<usize> {
+    const CLOSE: u16 = 24;
+    let film = folder.join("film.jsonl");
+    let lines = worlds
+        .iter()
+        .zip(0..)
+        .map(|(world, number)| world.scene(number).to_string());
+    std::fs::write(&film, lines.collect::<Vec<_>>().join("\n")).unwrap();
+    let whole = folder.join("whole");
+    Run::new([
+        "render",
+        "--renderer",
+        "reference",
+        "--mode",
+        "full",
+        "-q",
+        "-o",
+    ])
+    .arg(&whole)
+    .arg(&film)
+    .succeeds();
+    let strays = |number: u64| {
+        let (width, height, ours) = common::pixels(&pipes.file(number));
+        let (_, _, theirs) = common::pixels(&whole.join(format!("frame_{number:04}.png")));
+        let (width, height) = (width as usize, height as usize);
+        let near = |at: usize, side: usize| at.saturating_sub(2)..(at + 3).min(side);
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let is_stray = |&(x, y): &(usize, usize)| {
+            let pixel = ours[y * width + x];
+            let close = |other: [u16; 3]| (0..3).all(|c| pixel[c].abs_diff(other[c]) <= CLOSE);
+            !near(y, height).any(|y| near(x, width).any(|x| close(theirs[y * width + x])))
+        };
+        places.filter(is_stray).count()
+    };
+    (0..worlds.len() as u64).map(strays).collect()
 }
 
 /// The scenes of a bundled film, a frame each: all of them stated, none carried
@@ -681,6 +724,63 @@ fn a_turn_with_povray() {
         );
     }
     assert!(seen.dissolved > 20, "{seen:?}");
+}
+
+/// A cockpit turns with its pilot, before a sky: only the sky shows a turn.
+#[test]
+fn a_sky_is_verified_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write(
+        "cockpit.inc",
+        "// bounds: 0 0 5 4\n\
+         difference { box { <-2, -1.5, 4.9>, <2, 1.5, 5.1> } box { <-1.5, -1, 4>, <1.5, 1, 6> }\n\
+         pigment { rgb <0.3, 0.5, 0.2> } finish { ambient 0 diffuse 0 emission 1 } }\n",
+    );
+    write(
+        "sky.inc",
+        "sky_sphere { pigment { gradient x color_map { [0 rgb <0.1, 0.2, 0.9>] \
+         [0.5 rgb <0.9, 0.4, 0.1>] [1 rgb <0.1, 0.2, 0.9>] } scale 0.2 } }\n",
+    );
+    let scene = |number: u32, degrees: f64, speed: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let turn = speed.to_radians();
+        json!({"scene": number, "size": [96, 64], "angles": [60, 40], "sky": "sky.inc",
+               "eye": {"position": [0, 0, 0]},
+               "aim": {"position": [sin, 0, cos], "velocity": [turn * cos, 0, -turn * sin]},
+               "objects": [{"path": "cockpit.inc", "position": [0, 0, 0],
+                            "angles": [0, degrees, 0], "angles_velocity": [0, speed, 0]}]})
+    };
+    let out = folder.path().join("frames");
+    let options = ["--no-fallback", "--period", "6"];
+    let mut pipes = Pipes::open(folder.path(), &out, &options);
+    let scenes = [
+        scene(0, 0.0, 0.01),
+        scene(1, 0.01, 0.01),
+        scene(2, 3.0, 0.02),
+        scene(3, 3.02, 0.02),
+    ];
+    for scene in &scenes {
+        pipes.send(scene);
+    }
+    pipes.ends_well();
+    assert_eq!(pipes.periods.len(), 2, "{:?}", pipes.periods);
+    assert!(pipes.periods.iter().all(|p| p["length"] == 2));
+    let failed = &pipes.periods[0]["failed"];
+    assert_eq!(failed, "the sky moves farther in the picture");
+    // Frames 0 and 2 are décors: POV-Ray's own pictures.
+    let film = folder.path().join("film.jsonl");
+    let lines: Vec<String> = scenes.iter().map(Value::to_string).collect();
+    std::fs::write(&film, lines.join("\n")).unwrap();
+    let plain = folder.path().join("plain");
+    Run::new(["render", "--baseline", "-q", "-o"])
+        .arg(&plain)
+        .arg(&film)
+        .succeeds();
+    for number in [0, 2] {
+        let plain = plain.join(format!("frame_{number:04}.png"));
+        assert!(differing_pixels(&pipes.file(number), &plain).is_empty());
+    }
 }
 
 /// A program that states no velocities is predicted by what it did.

@@ -15,6 +15,7 @@ use super::render::Format;
 use super::{Failure, Status, print_json};
 use crate::frames::write_safely;
 use crate::job::format_name;
+use crate::job::log::JOB_FILE;
 use crate::objects::Cache;
 use crate::plan::{Mode, Period};
 use crate::render::Options;
@@ -26,6 +27,9 @@ use crate::stream::{Event, Settings, Stream, StreamDone, StreamError};
 
 /// How long to wait for a scene before looking whether the user has had enough.
 const GLANCE: Duration = Duration::from_millis(50);
+
+/// Where the summary goes.
+const SUMMARY_FILE: &str = "decor.json";
 
 /// Render scenes from stdin as they arrive.
 #[derive(Debug, Args)]
@@ -122,8 +126,17 @@ pub fn run(args: &StreamArgs, quiet: bool) -> Result<Status, Failure> {
     let mut stream = Stream::new(settings, Cache::open())?;
     let mut first = None;
     let mut watch = |event: &Event<'_>| {
-        if let Event::Frame { number, .. } = event {
-            first.get_or_insert(*number);
+        match event {
+            Event::Frame { number, .. } => {
+                first.get_or_insert(*number);
+            }
+            // What is noted there of another run's frames is not true any more.
+            Event::Began(..) if first.is_none() => {
+                for note in [JOB_FILE, SUMMARY_FILE] {
+                    let _ = std::fs::remove_file(args.out.join(note));
+                }
+            }
+            _ => {}
         }
         if args.json {
             tell_json(event);
@@ -168,7 +181,7 @@ pub fn run(args: &StreamArgs, quiet: bool) -> Result<Status, Failure> {
         job: String::new(),
     };
     let text = serde_json::to_string_pretty(&summary).map_err(Failure::internal)? + "\n";
-    let written = write_safely(&args.out.join("decor.json"), text.as_bytes());
+    let written = write_safely(&args.out.join(SUMMARY_FILE), text.as_bytes());
     if args.json {
         let _ = print_json(&summary);
     } else if !quiet {

@@ -56,6 +56,9 @@ pub struct SweepArgs {
     /// decor's pool.
     #[arg(long, value_enum, default_value_t = Against::Stock)]
     against: Against,
+    /// Use décors also where frame by frame would be cheaper.
+    #[arg(long)]
+    no_fallback: bool,
     /// Runs of each setting: their medians count.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..100))]
     runs: u16,
@@ -166,6 +169,7 @@ pub fn run(args: &SweepArgs, quiet: bool) -> Result<Status, Failure> {
         against: args.against,
         runs: usize::from(args.runs),
         level: args.level,
+        fallback: !args.no_fallback,
     };
     let swept = sweep.run(&Told { quiet })?;
     let page = swept.html()?;

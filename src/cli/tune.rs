@@ -63,6 +63,9 @@ pub struct TuneArgs {
     /// Calls of the renderer at once [default: chosen].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
+    /// Use décors also where frame by frame would be cheaper.
+    #[arg(long)]
+    no_fallback: bool,
     /// Render the film with what was found.
     #[arg(long, requires = "out")]
     render: bool,
@@ -161,7 +164,7 @@ pub fn run(args: &TuneArgs, quiet: bool) -> Result<Status, Failure> {
             shadow_way: crate::plan::ShadowWay::Auto,
             frames,
             with_depth: false,
-            fallback: true,
+            fallback: !args.no_fallback,
         },
         limits_px: (args.threshold_min, args.threshold_max),
         level: args.level,

@@ -90,6 +90,8 @@ pub struct Sweep<'a> {
     pub runs: usize,
     /// A difference above this counts for the share and for the flicker.
     pub level: f64,
+    /// May frames be rendered whole because it is cheaper?
+    pub fallback: bool,
 }
 
 /// How far a setting's film is from frame by frame.
@@ -304,7 +306,8 @@ impl<'a> Sweep<'a> {
         stage: &Stage,
         setting: &Setting,
     ) -> Result<(Plan, Price, Probed), SweepError> {
-        let wishes = setting.wishes(self.frames);
+        let mut wishes = setting.wishes(self.frames);
+        wishes.fallback = self.fallback;
         // A probe of layers shows what whole frames cost, too: one for all settings.
         let usual = Setting {
             mode: Mode::Equivalent,

@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::compare::verdict::{Limit, Tolerances};
 use crate::compare::{Entry, Options};
 use crate::job::{Job, JobError};
-use crate::plan::{Mode, Plan, Prediction, Wishes, plan};
+use crate::plan::{Mode, Period, Plan, Prediction, Wishes, plan};
 use crate::probe::{self, Probed};
 use crate::render::WorkFolder;
 use crate::stage::Stage;
@@ -346,8 +346,18 @@ impl Search<'_, '_> {
                 };
                 let planned = self.plan(self.tune.wishes.mode, threshold_px)?;
                 let prediction = self.predict(&planned);
-                // The largest one is as sure as any, and first.
-                let limit = if step == 0 { 1.0 } else { CHEAPER };
+                // Décors are wanted whatever they cost.
+                let wanted =
+                    self.tune.wishes.fallback || planned.periods.iter().any(Period::has_decor);
+                if !wanted && step > 0 {
+                    continue;
+                }
+                let limit = match step {
+                    0 if !self.tune.wishes.fallback => f64::INFINITY,
+                    // The largest one is as sure as any, and first.
+                    0 => 1.0,
+                    _ => CHEAPER,
+                };
                 if weight(&prediction) < limit * weight(&best.0) {
                     best = (prediction, planned);
                     layered = known;
@@ -356,8 +366,8 @@ impl Search<'_, '_> {
         }
         let (prediction, plan) = best;
         let metric = self.tune.target.metric;
-        let errorless = !plan.periods.iter().any(crate::plan::Period::has_decor)
-            || plan.wishes.mode == Mode::Exact;
+        let errorless =
+            !plan.periods.iter().any(Period::has_decor) || plan.wishes.mode == Mode::Exact;
         let estimate = match (metric, layered) {
             (Metric::Motion, _) => Estimate {
                 loss: kept_motion_px(&plan),
