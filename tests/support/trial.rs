@@ -20,11 +20,13 @@ pub fn number(variable: &str, default: u64) -> u64 {
         .unwrap_or(default)
 }
 
+/// A pixel's place, and the largest difference of a channel, of 65 535.
+pub type Difference = ((u32, u32), u16);
+
 /// A film under trial: a folder with `film.anim`, and what was found wrong.
 pub struct Trial {
     pub film: RandomFilm,
     folder: PathBuf,
-    povray: PathBuf,
     wrong: Vec<String>,
     remarks: Vec<String>,
     layered: bool,
@@ -39,7 +41,6 @@ impl Trial {
             .arg(self.folder.join(out))
             .args(options)
             .env("DECOR_CACHE", self.folder.join("cache"))
-            .env("DECOR_POVRAY", &self.povray)
             .ends();
         if ended.status == 0 {
             return Some(ended.summary());
@@ -75,7 +76,7 @@ impl Trial {
 
     /// The frames of two renders, one after the other: name, and for each pixel
     /// its place and the largest difference of a channel, of 65 535.
-    pub fn differences(&self, a: &str, b: &str) -> Vec<(String, Vec<((u32, u32), u16)>)> {
+    pub fn differences(&self, a: &str, b: &str) -> Vec<(String, Vec<Difference>)> {
         (FIRST_FRAME..FIRST_FRAME + FRAMES)
             .map(|frame| {
                 let name = format!("frame_{frame:04}.png");
@@ -118,7 +119,6 @@ pub fn try_films(
             let film = RandomFilm::write(&mut dice, wanted(k), folder.path());
             let mut trial = Trial {
                 film,
-                povray: one_thread(folder.path()),
                 folder: folder.path().to_owned(),
                 wrong: Vec::new(),
                 remarks: Vec::new(),
@@ -147,17 +147,4 @@ pub fn try_films(
     let layered = layered.into_inner();
     println!("{layered} of {count} films were layered");
     layered
-}
-
-/// POV-Ray with one thread. With more, it does not agree with itself: which
-/// thread takes which block is left to chance, and each remembers what shadowed
-/// its last point. Where shadows fall through glass, single pixels depend on it.
-fn one_thread(folder: &Path) -> PathBuf {
-    use std::os::unix::fs::PermissionsExt as _;
-    let path = folder.join("povray");
-    let text =
-        "#!/bin/sh\n[ \"$1\" = --version ] && exec povray --version\nexec povray \"$@\" +WT1\n";
-    std::fs::write(&path, text).unwrap();
-    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
-    path
 }
