@@ -1,5 +1,7 @@
 //! A sweep as a page to look at.
 
+use std::path::Path;
+
 use super::{Errors, Measured, SweepError, Swept, table};
 use crate::report::html::{Curve, Object, Page, Period, Point, Row, Run, Shown, Span, Table};
 use crate::segmentation::Class;
@@ -28,7 +30,7 @@ impl Swept<'_> {
     pub fn html(&self) -> Result<String, SweepError> {
         let shown = self.shown();
         let page = Page {
-            title: format!("{}: speed against accuracy", self.film),
+            title: format!("{}: speed against accuracy", self.name()),
             numbers: self.numbers(),
             shown: shown
                 .iter()
@@ -44,6 +46,15 @@ impl Swept<'_> {
             machine: self.machine.clone(),
         };
         Ok(page.html()?)
+    }
+
+    /// The film's file, without the folders.
+    fn name(&self) -> String {
+        let name = Path::new(&self.film).file_name();
+        name.map_or_else(
+            || self.film.clone(),
+            |name| name.to_string_lossy().into_owned(),
+        )
     }
 
     /// The settings with frames in the page.
