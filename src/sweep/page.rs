@@ -9,7 +9,7 @@ use crate::segmentation::Class;
 /// Pictures in the page are two a frame: so many frames of each setting, the worst.
 const FRAMES: usize = 4;
 /// Settings whose frames are in the page: those on the front, the fastest first,
-/// then the others.
+/// then the others; at the end those without any error, which show nothing.
 const SHOWN: usize = 8;
 
 /// The errors that can be looked at, with their names: less is better.
@@ -63,6 +63,8 @@ impl Swept<'_> {
         let others = (0..self.settings.len()).filter(|&k| self.settings[k].same_as.is_none());
         let others: Vec<usize> = others.filter(|k| !shown.contains(k)).collect();
         shown.extend(others);
+        // The sort keeps the order of the rest.
+        shown.sort_by_key(|&k| self.settings[k].errors.max == 0.0);
         shown.truncate(SHOWN);
         shown
     }
