@@ -12,8 +12,11 @@ const FRAMES: usize = 4;
 /// then the others; at the end those without any error, which show nothing.
 const SHOWN: usize = 8;
 
-/// The errors that can be looked at, with their names: less is better.
-const ERRORS: [(&str, fn(&Errors) -> f64); 6] = [
+/// An error's name, and where it is: less is better.
+type Named = (&'static str, fn(&Errors) -> f64);
+
+/// The errors that can be looked at.
+const ERRORS: [Named; 6] = [
     ("mean FLIP", |errors| errors.flip),
     ("1 − SSIM", |errors| 1.0 - errors.ssim.unwrap_or(1.0)),
     ("RMS", |errors| errors.rms),
