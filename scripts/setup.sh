@@ -39,6 +39,12 @@ ensure_python() {
     python3 -c 'import venv, ensurepip' 2>/dev/null || install_packages python3 python3-venv
 }
 
+# A browser: the test of the report opens its page. Debian's name, and others'.
+ensure_browser() {
+    command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||
+        command -v google-chrome >/dev/null || install_packages chromium
+}
+
 # A C compiler: some crates build C.
 ensure_compiler() {
     command -v cc >/dev/null || install_packages gcc libc6-dev

@@ -110,13 +110,14 @@ impl Job {
     pub fn costs(&self, stage: &Stage, wishes: &Wishes) -> Result<Probed, JobError> {
         let cache = Cache::open();
         let known = probe::known(stage, &cache);
+        // Frames that the film does not have are found out first.
+        let first = plan(stage, wishes.clone(), &known.costs)?;
         let measures = wishes.mode != Mode::Full
             && known.from == CostsFrom::BuiltIn
             && probe::worth_probing(stage, wishes);
         if !measures {
             return Ok(known);
         }
-        let first = plan(stage, wishes.clone(), &known.costs)?;
         let work = WorkFolder::new(None)?;
         let run = self.run(&work.path, &Arc::default());
         Ok(probe::probe(stage, &first, &cache, &run)?)

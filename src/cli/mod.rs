@@ -21,9 +21,9 @@ mod plain;
 mod plan;
 mod progress;
 mod render;
+mod stream;
 mod sweep;
 mod tune;
-mod stream;
 
 use clap::{Parser, Subcommand};
 

@@ -10,11 +10,11 @@ use decor_povray::plain::{Order, PlainScene, is_plain};
 use serde::Serialize;
 
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
-use crate::job::log::{JobLog, finished};
 use super::progress::Progress;
 use super::{Failure, Status, print_json};
 use crate::animation::write_apng;
 use crate::frames::write_safely;
+use crate::job::log::{JobLog, finished};
 use crate::plain::{Options, most_jobs, render};
 use crate::plan::Mode;
 use crate::render::TracedPixels;

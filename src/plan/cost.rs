@@ -202,10 +202,16 @@ impl Costs {
     /// calls run beside the last ones of the period before. Periods of different
     /// lengths are compared by this, per frame.
     pub fn in_a_row(&self, work: &Work, jobs: usize, cores: usize) -> Price {
-        let prices = self.film([work; 4], jobs, cores);
+        let alone = self.price(work, jobs, cores);
+        // The cores, the calls that may run at once, and the periods that may be
+        // open at once: the narrowest of the three is what a long row waits for.
+        let by_cores = alone.cpu_s / cores.max(1) as f64;
+        let by_calls = pool::slot_seconds(self, work, jobs, cores) / jobs.max(1) as f64;
+        let at_once = periods_at_once(work.size_pixels, jobs);
+        let by_periods = alone.wall_s / at_once as f64;
         Price {
-            wall_s: (prices[2].wall_s + prices[3].wall_s) / 2.0,
-            cpu_s: prices[3].cpu_s,
+            wall_s: by_cores.max(by_calls).max(by_periods),
+            cpu_s: alone.cpu_s,
         }
     }
 

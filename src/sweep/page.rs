@@ -1,5 +1,7 @@
 //! A sweep as a page to look at.
 
+use std::path::Path;
+
 use super::{Errors, Measured, SweepError, Swept, table};
 use crate::report::html::{Curve, Object, Page, Period, Point, Row, Run, Shown, Span, Table};
 use crate::segmentation::Class;
@@ -7,11 +9,14 @@ use crate::segmentation::Class;
 /// Pictures in the page are two a frame: so many frames of each setting, the worst.
 const FRAMES: usize = 4;
 /// Settings whose frames are in the page: those on the front, the fastest first,
-/// then the others.
+/// then the others; at the end those without any error, which show nothing.
 const SHOWN: usize = 8;
 
-/// The errors that can be looked at, with their names: less is better.
-const ERRORS: [(&str, fn(&Errors) -> f64); 6] = [
+/// An error's name, and where it is: less is better.
+type Named = (&'static str, fn(&Errors) -> f64);
+
+/// The errors that can be looked at.
+const ERRORS: [Named; 6] = [
     ("mean FLIP", |errors| errors.flip),
     ("1 − SSIM", |errors| 1.0 - errors.ssim.unwrap_or(1.0)),
     ("RMS", |errors| errors.rms),
@@ -28,7 +33,7 @@ impl Swept<'_> {
     pub fn html(&self) -> Result<String, SweepError> {
         let shown = self.shown();
         let page = Page {
-            title: format!("{}: speed against accuracy", self.film),
+            title: format!("{}: speed against accuracy", self.name()),
             numbers: self.numbers(),
             shown: shown
                 .iter()
@@ -46,12 +51,23 @@ impl Swept<'_> {
         Ok(page.html()?)
     }
 
+    /// The film's file, without the folders.
+    fn name(&self) -> String {
+        let name = Path::new(&self.film).file_name();
+        name.map_or_else(
+            || self.film.clone(),
+            |name| name.to_string_lossy().into_owned(),
+        )
+    }
+
     /// The settings with frames in the page.
     fn shown(&self) -> Vec<usize> {
         let mut shown = self.front();
         let others = (0..self.settings.len()).filter(|&k| self.settings[k].same_as.is_none());
         let others: Vec<usize> = others.filter(|k| !shown.contains(k)).collect();
         shown.extend(others);
+        // The sort keeps the order of the rest.
+        shown.sort_by_key(|&k| self.settings[k].errors.max == 0.0);
         shown.truncate(SHOWN);
         shown
     }

@@ -109,7 +109,8 @@ fn why(one: &Measured, other: &Measured) -> String {
     } else if traced > other_traced * (1.0 + ALIKE) {
         let (ours, theirs) = (decors(&one.plan), decors(&other.plan));
         let decors = if ours > theirs {
-            format!(", with {ours} décors against {theirs}")
+            let plural = if ours == 1 { "" } else { "s" };
+            format!(", with {ours} décor{plural} against {theirs}")
         } else {
             String::new()
         };
@@ -135,7 +136,9 @@ fn why(one: &Measured, other: &Measured) -> String {
     }
     if farther && whole.is_none() {
         let (ours, theirs) = (one.errors.motion_px, other.errors.motion_px);
-        parts.push(if ours > theirs {
+        parts.push(if ours > theirs && theirs == 0.0 {
+            format!("what its décors keep moves up to {ours:.2} pixels, there nothing is kept that moves")
+        } else if ours > theirs {
             format!("what its décors keep moves up to {ours:.2} pixels, there {theirs:.2}")
         } else if one.plan.wishes.mode != other.plan.wishes.mode {
             format!(

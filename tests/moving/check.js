@@ -89,13 +89,19 @@
   } catch (error) {
     failed.push(String(error));
   }
-  const found = document.createElement("pre");
-  found.id = "found";
-  found.textContent = JSON.stringify({
+  const found = JSON.stringify({
     failed,
     pictures: data.pictures.length,
     settings: data.shown.length,
     width: innerWidth,
   });
-  document.body.append(found);
+  // In a frame, the page around it is the one that is printed.
+  if (parent !== window) {
+    parent.postMessage(found, "*");
+    return;
+  }
+  const text = document.createElement("pre");
+  text.id = "found";
+  text.textContent = found;
+  document.body.append(text);
 })();

@@ -95,6 +95,13 @@ pub fn run<'w>(
         .collect()
 }
 
+/// How long the calls of a period hold their places in the pool, added up.
+pub fn slot_seconds(costs: &Costs, work: &Work, jobs: usize, cores: usize) -> f64 {
+    let tasks = tasks(costs, 0, work, jobs.max(1), cores.max(1));
+    let calls = tasks.iter().flat_map(|task| &task.calls);
+    calls.map(|call| call.sleep_s + call.cpu_s).sum()
+}
+
 /// The tasks of a period: its ground first, where it has one.
 fn tasks(costs: &Costs, period: usize, work: &Work, jobs: usize, cores: usize) -> Vec<Task> {
     let ground = work.ground.iter().map(|picture| {
