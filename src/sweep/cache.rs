@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SweepError;
 use crate::frames::write_safely;
-use crate::plan::{Period, Plan, Price};
+use crate::plan::{FramePlan, Period, Plan, Price};
 use crate::probe::Probed;
 use crate::report::Summary;
 
@@ -142,7 +142,8 @@ pub fn key(words: &str) -> String {
 }
 
 /// All of a plan that its frames depend on: two plans with the same have the same
-/// frames, whatever the thresholds that led to them.
+/// frames, whatever the thresholds that led to them. Only where shadows fall, what
+/// they may touch is found out by the threshold while rendering.
 pub fn same_frames(plan: &Plan) -> String {
     let part = |period: &Period| {
         let objects: Vec<String> = period
@@ -152,7 +153,19 @@ pub fn same_frames(plan: &Plan) -> String {
             .collect();
         let sky = period.sky.map(|sky| sky.class.in_decor());
         let (start, until) = (period.start, period.dissolve_until);
-        format!("{start} {:?} {until:?} {sky:?} {objects:?};", period.frames)
+        let shades = |frame: &FramePlan| match frame {
+            FramePlan::Layered { shadows, .. } => shadows.is_some(),
+            FramePlan::Whole => false,
+        };
+        let shaded = period
+            .frames
+            .iter()
+            .any(shades)
+            .then_some(period.threshold_px);
+        format!(
+            "{start} {:?} {until:?} {sky:?} {shaded:?} {objects:?};",
+            period.frames
+        )
     };
     let layered = plan.periods.iter().any(Period::has_decor);
     // Where all frames are whole, the mode makes no difference, nor do joints.
