@@ -211,7 +211,9 @@ fn the_longer_the_film_the_more_it_costs() {
             frames,
             ..wishes(&stage)
         };
-        let works = plan(&stage, wishes.clone(), &Costs::default()).unwrap().works(&stage);
+        let works = plan(&stage, wishes.clone(), &Costs::default())
+            .unwrap()
+            .works(&stage);
         let sum: decor::plan::Price = costs.film(&works, 8, 2).into_iter().sum();
         let stock = costs.stock(&whole_work(&stage, &wishes), 2);
         (sum, stock)

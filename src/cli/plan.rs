@@ -185,8 +185,19 @@ fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
             price.wall_s,
             price.cpu_s
         );
+        say!("  ends: {}", period.end);
         if let Some(reason) = &period.whole {
             say!("  rendered frame by frame: {reason}");
+        }
+        if let Some(until) = period.dissolve_until {
+            say!("  its décor dissolves towards frame {until}");
+        }
+        if let Some(sky) = period.sky {
+            let moved_px = sky.motion_px;
+            say!("  {:9} the sky: moved {moved_px:.3} px", sky.class);
+        }
+        if period.by_map() {
+            say!("  shadows by the light that arrives");
         }
         for object in &period.objects {
             let name = stage.film.identity(object.object).name();

@@ -6,7 +6,9 @@ use decor_api::{Bounds, Optics, Window};
 
 use super::make::Maker;
 use super::windows::gathered;
-use super::{BlockSet, End, FramePlan, Mode, Period, ShadowPlan, ShadowWay, SkyMotion, WholeReason};
+use super::{
+    BlockSet, End, FramePlan, Mode, Period, ShadowPlan, ShadowWay, SkyMotion, WholeReason,
+};
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::influence::estimated_pixels;
 use crate::motion::{infinity_px, screen_box};
@@ -374,15 +376,17 @@ impl Maker<'_> {
         let (mut changed, mut decor) = (Vec::new(), Vec::new());
         for object in &state.objects {
             let bounds = self.stage.prototype(object).bounds.posed(&object.pose);
-            if classes.get(&object.id).is_some_and(|class| class.in_decor()) {
+            if classes
+                .get(&object.id)
+                .is_some_and(|class| class.in_decor())
+            {
                 decor.push(bounds);
             } else if let Bounds::Sphere(ball) = bounds {
                 changed.push(ball);
             }
         }
         let size = self.stage.size();
-        let seen_and_shaded =
-            estimated_pixels(&state.camera, size, state.lights, &changed, &decor);
+        let seen_and_shaded = estimated_pixels(&state.camera, size, state.lights, &changed, &decor);
         let seen = estimated_pixels(&state.camera, size, &[], &changed, &[]);
         let boxes = blocks.pixels() as f64;
         // Blocks have pixels around those that count.

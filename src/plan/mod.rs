@@ -286,9 +286,9 @@ impl Period {
 
     /// Is the décor needed light by light?
     pub fn by_map(&self) -> bool {
-        self.frames.iter().any(|frame| {
-            matches!(frame, FramePlan::Layered { shadows: Some(plan), .. } if plan.by_map)
-        })
+        self.frames.iter().any(
+            |frame| matches!(frame, FramePlan::Layered { shadows: Some(plan), .. } if plan.by_map),
+        )
     }
 
     /// Is there a frame whose blocks are found by the décor's depth, and by

@@ -269,9 +269,7 @@ impl Execution<'_> {
                 };
                 let pixels = match &shot.region {
                     Region::Window(window) => window.pixels() as u64,
-                    Region::Blocks(_) => {
-                        blocks.get(&shot.frame).map_or(0, BlockSet::pixels) as u64
-                    }
+                    Region::Blocks(_) => blocks.get(&shot.frame).map_or(0, BlockSet::pixels) as u64,
                 };
                 counter.fetch_add(pixels, Ordering::Relaxed);
                 layers.entry((pass, shot.frame)).or_default().push(layer);

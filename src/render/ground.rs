@@ -136,9 +136,7 @@ impl Execution<'_> {
         };
         let state = self.stage.film.frame(period.start);
         let kept = decor_objects(period);
-        let shown = self
-            .stage
-            .scene(&state, |object| kept.contains(&object.id));
+        let shown = self.stage.scene(&state, |object| kept.contains(&object.id));
         let until = period.dissolve_until;
         let view = DecorView {
             camera: state.camera,
@@ -159,7 +157,14 @@ impl Execution<'_> {
     }
 
     /// What a frame changes of its ground, in the order in which it is laid.
-    pub fn patches(&self, ground: &PeriodGround, number: u32, layers: &mut Layers, blocks: &Blocks, shade: Option<&Shade>) -> Vec<Patch> {
+    pub fn patches(
+        &self,
+        ground: &PeriodGround,
+        number: u32,
+        layers: &mut Layers,
+        blocks: &Blocks,
+        shade: Option<&Shade>,
+    ) -> Vec<Patch> {
         let mut patches = Vec::new();
         let mut take = |pass| {
             layers

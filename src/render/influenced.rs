@@ -134,7 +134,8 @@ impl Execution<'_> {
             }
             Influence::Confined(mask) if shadows.by_map => Some((BlockSet::none(size), Some(mask))),
             Influence::Confined(mask) => {
-                let mut blocks = self.shaded(&mask, &view.camera, &state.camera, period.threshold_px);
+                let mut blocks =
+                    self.shaded(&mask, &view.camera, &state.camera, period.threshold_px);
                 if shadows.replaces_boxes {
                     // The observer may have moved since: what is seen is where it
                     // is seen now.
@@ -160,16 +161,14 @@ impl Execution<'_> {
 
     /// The blocks that may be shaded, where surfaces may have moved by the
     /// threshold since their depth was measured.
-    fn shaded(
-        &self,
-        mask: &Mask,
-        then: &Camera,
-        now: &Camera,
-        threshold_px: f64,
-    ) -> BlockSet {
+    fn shaded(&self, mask: &Mask, then: &Camera, now: &Camera, threshold_px: f64) -> BlockSet {
         let size = self.stage.size();
         let rests = then == now && threshold_px <= 0.0;
-        let around = 1 + if rests { 0 } else { threshold_px.ceil().min(1e6) as u32 };
+        let around = 1 + if rests {
+            0
+        } else {
+            threshold_px.ceil().min(1e6) as u32
+        };
         let mut blocks = BlockSet::none(size);
         for y in 0..size.height {
             let mut x = 0;

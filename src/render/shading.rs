@@ -35,12 +35,24 @@ struct Asked<'a> {
 
 impl Execution<'_> {
     /// A picture of a period's décor light by light.
-    pub fn lighting(&self, period: &Period, scene: &Scene, frame: u32) -> Result<Lighting, RenderError> {
+    pub fn lighting(
+        &self,
+        period: &Period,
+        scene: &Scene,
+        frame: u32,
+    ) -> Result<Lighting, RenderError> {
         let fast = fast_bounds(self, period);
         let kept: Vec<Bounds> = scene
             .instances
             .iter()
-            .map(|i| self.stage.library.table.get(i.prototype).bounds.posed(&i.pose))
+            .map(|i| {
+                self.stage
+                    .library
+                    .table
+                    .get(i.prototype)
+                    .bounds
+                    .posed(&i.pose)
+            })
             .collect();
         let blocked = |light: &decor_api::Light| {
             let may = |caster: &Bounds| kept.iter().any(|to| may_shade(light, caster, to));
@@ -109,8 +121,7 @@ impl Execution<'_> {
                 let reached: Vec<usize> = (0..pixels.len())
                     .filter(|&p| {
                         let lighting = pixels[p].lighting;
-                        lighting.iter().any(|l| l.light == k)
-                            && light.may_reach(points[p].position)
+                        lighting.iter().any(|l| l.light == k) && light.may_reach(points[p].position)
                     })
                     .collect();
                 if reached.is_empty() {

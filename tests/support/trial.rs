@@ -1,7 +1,7 @@
 //! Many random films at once: each is written, rendered and judged in a folder
 //! of its own, and kept where it fails.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -151,6 +151,25 @@ impl PovRay {
     }
 }
 
+/// Tries again where POV-Ray gave up because the machine was too busy to start
+/// its threads in time: that says nothing of the scene.
+fn patiently<T>(mut call: impl FnMut() -> Result<T, AdapterError>) -> Result<T, AdapterError> {
+    const TRIES: usize = 3;
+    let starved = |error: &AdapterError| {
+        matches!(error, AdapterError::Failed { stderr, .. }
+            if stderr.contains("worker thread startup"))
+    };
+    for _ in 1..TRIES {
+        match call() {
+            Err(error) if starved(&error) => {
+                tracing::warn!("POV-Ray could not start its threads in time; once more");
+            }
+            other => return other,
+        }
+    }
+    call()
+}
+
 /// The version that a program prints.
 fn version_of(program: &Path) -> Result<String, AdapterError> {
     let folder = std::env::temp_dir();
@@ -238,7 +257,7 @@ impl Adapter for PovRay {
             code: writer.depth_code(request),
             source,
         };
-        call.run(&text, run)
+        patiently(|| call.run(&text, run))
     }
 
     fn arriving_light(
@@ -247,7 +266,8 @@ impl Adapter for PovRay {
         run: &RunContext,
     ) -> Result<Vec<Vec<[f32; 3]>>, AdapterError> {
         let writer = self.writer(request.includes, None)?;
-        Arrival::new(request).run(&self.program, self.source, &writer, run)
+        let arrival = Arrival::new(request);
+        patiently(|| arrival.run(&self.program, self.source, &writer, run))
     }
 
     fn inspect(
@@ -261,7 +281,7 @@ impl Adapter for PovRay {
             library: &self.library,
             words: &self.words,
         };
-        inspection.run(fragments, includes, run)
+        patiently(|| inspection.run(fragments, includes, run))
     }
 
     fn surroundings(
@@ -322,7 +342,7 @@ impl Adapter for PovRay {
             log: run.keep.then(|| folder.file("povray.log")),
         };
         run.tally.add_call(request.frames.len());
-        call.run_well(run)?;
+        patiently(|| call.run_well(run))?;
         let file = |k: usize| folder.file(&format!("frame{}.{ending}", numbering.suffix(k)));
         Ok(request
             .frames
