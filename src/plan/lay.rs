@@ -48,6 +48,10 @@ impl Maker<'_> {
 
     /// A period with a décor, where one is of use.
     pub fn period(&self, frames: (u32, u32), end: End) -> Period {
+        if frames.0 == frames.1 && self.wishes.fallback {
+            // A décor for one frame is that frame.
+            return self.whole(frames, end, WholeReason::NoGain);
+        }
         let mut period = self.laid(frames, end);
         // Where the observer rests, the period is the film or a long part of it.
         self.give_up_if_dear(&mut period, true);
