@@ -104,7 +104,7 @@ pub struct Picture {
 
 impl Picture {
     /// It will have so many pixels, wherever they lie.
-    fn expect(&mut self, pixels: f64, whole: Window) {
+    fn spread(&mut self, pixels: f64, whole: Window) {
         let share = if self.pixels > 0.0 {
             self.covered / self.pixels
         } else {
@@ -275,7 +275,7 @@ impl Work {
                         let windows: Vec<Window> = blocks.windows().collect();
                         let mut picture = scene.blocks(&windows);
                         if let Some(shadows) = shadows.filter(|_| !by_map) {
-                            picture.expect(shadows.expected_pixels, whole);
+                            picture.spread(shadows.expected_pixels, whole);
                         }
                         frame.pictures.push(picture);
                     }
