@@ -25,6 +25,8 @@ pub mod bounds;
 pub mod camera;
 pub mod csg;
 pub mod csg_bounds;
+#[cfg(feature = "encode")]
+pub mod encode;
 pub mod layer;
 pub mod material;
 pub mod mesh;

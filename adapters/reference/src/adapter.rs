@@ -7,11 +7,10 @@ use std::time::Instant;
 use decor_api::{
     Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Health, Layer,
     LayerRequest, LayerShot, NativeFile, Output, Region, RunContext, Said, Scene, SceneText, Size,
-    Surroundings, Window,
+    Surroundings, Window, encode,
 };
 
 use crate::arrival;
-use crate::encode;
 use crate::health::sphere_is_where_it_should_be;
 use crate::model::Models;
 use crate::picture::Frame;
@@ -217,7 +216,7 @@ impl Adapter for Reference {
                 let layer = self.layer(&models, &whole, &shot, &watch)?;
                 let ending = request.format.extension();
                 let file = folder.join(format!("baseline_{frame:04}.{ending}"));
-                encode::write(&layer, request.size, request.format, &file)?;
+                encode::write(&layer, request.size, request.format, &file, NAME)?;
                 files.push((*frame, file));
             }
             Ok(files)

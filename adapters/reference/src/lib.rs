@@ -20,7 +20,6 @@
 
 mod adapter;
 mod arrival;
-mod encode;
 mod extent;
 mod frustum;
 mod health;

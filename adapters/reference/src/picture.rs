@@ -5,11 +5,11 @@
 //! full picture. These are traced even where they lie outside the window: that
 //! is why a window is the full frame's, bit for bit.
 
+use decor_api::encode::srgb;
 use decor_api::{AdapterError, Antialias, Camera, Layer, Output, Size, Window};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::encode::srgb;
 use crate::light::colour;
 use crate::ray::{Ray, unit};
 use crate::shade::Shader;

@@ -1,13 +1,16 @@
-//! Finished pictures: sRGB, and the files.
+//! Finished pictures, for renderers without an encoder of their own: the sRGB
+//! curve, and PNG and OpenEXR files. Behind the feature `encode`.
 
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use decor_api::{AdapterError, Layer, PictureFormat, Size};
+use crate::adapter::AdapterError;
+use crate::layer::{Layer, Size};
+use crate::scene::PictureFormat;
 
 /// The sRGB curve, of a linear channel from 0 to 1.
-pub(crate) fn srgb(linear: f32) -> f32 {
+pub fn srgb(linear: f32) -> f32 {
     let linear = if linear.is_nan() {
         0.0
     } else {
@@ -21,30 +24,40 @@ pub(crate) fn srgb(linear: f32) -> f32 {
 }
 
 /// The nearest of `max` + 1 steps of the sRGB curve.
-pub(crate) fn step(linear: f32, max: u32) -> u32 {
+pub fn step(linear: f32, max: u32) -> u32 {
     // In range by the clamp in `srgb`.
     (srgb(linear) * max as f32).round() as u32
 }
 
-/// Writes the colour of a whole picture, without coverage.
-pub(crate) fn write(
+/// Writes the colour of a whole picture, without coverage. `program` is who is
+/// named where that fails.
+///
+/// # Errors
+/// [`AdapterError::Io`] where the file cannot be written;
+/// [`AdapterError::BadOutput`] where the pixels are not those of such a picture.
+pub fn write(
     layer: &Layer,
     size: Size,
     format: PictureFormat,
     path: &Path,
+    program: &str,
 ) -> Result<(), AdapterError> {
     let pixels = layer.colour.as_deref().unwrap_or_default();
+    if pixels.len() != size.pixels() {
+        let reason = format!("{} pixels of {}", pixels.len(), size.pixels());
+        return Err(bad(path, &reason, program));
+    }
     let channels = || pixels.iter().flat_map(|p| p.iter().take(3).copied());
     match format {
         PictureFormat::Png => {
             let bytes: Vec<u8> = channels().map(|c| step(c, 255) as u8).collect();
-            png(path, size, png::BitDepth::Eight, &bytes)
+            png(path, size, png::BitDepth::Eight, &bytes, program)
         }
         PictureFormat::Png16 => {
             let bytes: Vec<u8> = channels()
                 .flat_map(|c| (step(c, 65535) as u16).to_be_bytes())
                 .collect();
-            png(path, size, png::BitDepth::Sixteen, &bytes)
+            png(path, size, png::BitDepth::Sixteen, &bytes, program)
         }
         PictureFormat::Exr => {
             let (width, height) = (size.width as usize, size.height as usize);
@@ -54,13 +67,19 @@ pub(crate) fn write(
             };
             exr::prelude::write_rgb_file(path, width, height, pixel).map_err(|error| match error {
                 exr::error::Error::Io(source) => AdapterError::io(path)(source),
-                other => bad(path, &other),
+                other => bad(path, &other, program),
             })
         }
     }
 }
 
-fn png(path: &Path, size: Size, depth: png::BitDepth, bytes: &[u8]) -> Result<(), AdapterError> {
+fn png(
+    path: &Path,
+    size: Size,
+    depth: png::BitDepth,
+    bytes: &[u8],
+    program: &str,
+) -> Result<(), AdapterError> {
     let file = File::create(path).map_err(AdapterError::io(path))?;
     let mut encoder = png::Encoder::new(BufWriter::new(file), size.width, size.height);
     encoder.set_color(png::ColorType::Rgb);
@@ -72,13 +91,13 @@ fn png(path: &Path, size: Size, depth: png::BitDepth, bytes: &[u8]) -> Result<()
     });
     written.map_err(|error| match error {
         png::EncodingError::IoError(source) => AdapterError::io(path)(source),
-        other => bad(path, &other),
+        other => bad(path, &other, program),
     })
 }
 
-fn bad(path: &Path, error: &dyn std::fmt::Display) -> AdapterError {
+fn bad(path: &Path, error: &dyn std::fmt::Display, program: &str) -> AdapterError {
     AdapterError::BadOutput {
-        program: "the reference adapter".to_owned(),
+        program: program.to_owned(),
         file: path.to_owned(),
         reason: error.to_string(),
     }
