@@ -34,6 +34,7 @@ mod sources;
 pub mod state;
 mod survey;
 mod tokens;
+pub mod unedited;
 
 use std::path::{Path, PathBuf};
 
