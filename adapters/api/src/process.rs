@@ -4,18 +4,16 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
 
 use process_wrap::std::{CommandWrap, ProcessGroup};
 
 use crate::adapter::{AdapterError, RunContext};
+use ending::{Ending, Waiting};
+
+mod ending;
 
 /// How much of a program's output is kept for the message when it fails.
 const TAIL_BYTES: usize = 4096;
-
-/// Between two looks at whether a process has ended. POV-Ray itself polls every
-/// 50 ms; a hundredth of that would be lost in its noise.
-const POLL: Duration = Duration::from_millis(4);
 
 /// Finds a program: by the environment variable `variable` where it is set,
 /// else by `name` on the path.
@@ -81,61 +79,39 @@ impl ProcessCall<'_> {
         let pipe = child.stderr().take();
         let reader = thread::spawn(move || pipe.map(drain).unwrap_or_default());
 
-        let started = Instant::now();
-        let verdict = loop {
-            if let Some(time) = cpu_of_ended(child.id()) {
-                run.tally.add_cpu(time);
-            }
-            match child.try_wait() {
-                Ok(Some(status)) => break Ok(status),
-                Ok(None) => {}
-                Err(source) => {
-                    break Err(AdapterError::Start {
-                        program: name.clone(),
-                        source,
-                    });
-                }
-            }
-            if run.is_cancelled() {
-                break Err(AdapterError::Cancelled);
-            }
-            if started.elapsed() > run.timeout {
-                break Err(AdapterError::TimedOut {
-                    program: name.clone(),
-                    doing: self.doing.clone(),
-                    limit: run.timeout,
-                    stderr: String::new(),
-                });
-            }
-            thread::sleep(POLL);
-        };
+        let waiting = Waiting::begin(&*child);
+        let ending = waiting.ending(&mut *child, run.timeout, || run.is_cancelled());
+        if let Ok(Ending::Ended(Some(time))) = ending {
+            run.tally.add_cpu(time);
+        }
         // The group goes even where its leader ended by itself: what it started
         // must not outlive it, and would keep the pipe open. That nobody is
         // left to be killed is the usual case, not an error.
         let _ = child.start_kill();
-        let _ = child.wait();
+        waiting.end();
+        let status = child.wait();
         let text = reader.join().unwrap_or_default();
         if let Some(log) = &self.log {
             let written = std::fs::File::create(log).and_then(|mut file| file.write_all(&text));
             written.map_err(AdapterError::io(log))?;
         }
-        match verdict {
-            Ok(status) => Ok(Ended {
+        let ended = ending.and_then(|ending| Ok((ending, status?)));
+        match ended {
+            Ok((Ending::TooLong, _)) => Err(AdapterError::TimedOut {
+                program: name,
+                doing: self.doing.clone(),
+                limit: run.timeout,
+                stderr: tail(&text),
+            }),
+            Ok((Ending::Stopped, _)) => Err(AdapterError::Cancelled),
+            Ok((Ending::Ended(_), status)) => Ok(Ended {
                 status,
                 stderr: String::from_utf8_lossy(&text).into_owned(),
             }),
-            Err(AdapterError::TimedOut {
-                program,
-                doing,
-                limit,
-                ..
-            }) => Err(AdapterError::TimedOut {
-                program,
-                doing,
-                limit,
-                stderr: tail(&text),
+            Err(source) => Err(AdapterError::Start {
+                program: name,
+                source,
             }),
-            Err(other) => Err(other),
         }
     }
 
@@ -160,27 +136,6 @@ impl ProcessCall<'_> {
         let name = self.program.file_name().unwrap_or(self.program.as_os_str());
         name.to_string_lossy().into_owned()
     }
-}
-
-/// The CPU time of all threads of a child that has ended and was not waited for
-/// yet: what the sum over all children cannot tell, where many run at once.
-#[cfg(target_os = "linux")]
-fn cpu_of_ended(pid: u32) -> Option<Duration> {
-    use nix::sys::wait::{Id, WaitPidFlag, WaitStatus, waitid};
-    let pid = nix::unistd::Pid::from_raw(i32::try_from(pid).ok()?);
-    let flags = WaitPidFlag::WEXITED | WaitPidFlag::WNOHANG | WaitPidFlag::WNOWAIT;
-    match waitid(Id::Pid(pid), flags).ok()? {
-        WaitStatus::StillAlive => None,
-        _ => {
-            let clock = nix::time::ClockId::pid_cpu_clock_id(pid).ok()?;
-            Some(Duration::from(clock.now().ok()?))
-        }
-    }
-}
-
-#[cfg(not(target_os = "linux"))]
-fn cpu_of_ended(_: u32) -> Option<Duration> {
-    None
 }
 
 /// Reads to the end. Only the last part is of interest, but a pipe that nobody
@@ -216,6 +171,7 @@ fn tail(text: &[u8]) -> String {
 mod tests {
     use super::*;
     use std::sync::atomic::Ordering;
+    use std::time::{Duration, Instant};
 
     fn shell<'a>(script: &str, folder: &'a Path) -> ProcessCall<'a> {
         ProcessCall {
