@@ -25,7 +25,7 @@ mod inspect;
 mod isolate;
 mod light;
 mod number;
-mod picture;
+pub mod picture;
 pub mod plain;
 mod receivers;
 mod scene_text;
