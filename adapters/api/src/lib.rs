@@ -23,6 +23,8 @@ pub mod adapter;
 pub mod arrival;
 pub mod bounds;
 pub mod camera;
+#[cfg(feature = "conformance")]
+pub mod conformance;
 pub mod csg;
 pub mod csg_bounds;
 #[cfg(feature = "encode")]

@@ -1,0 +1,223 @@
+//! Parts of a picture are parts of that picture.
+
+use glam::DVec3;
+
+use super::Subject;
+use super::stage::{
+    BACKGROUND, Room, Stage, assert_part_of, colours, cuboid, drawn, dull, glowing, lamp, plane,
+    sphere, whole,
+};
+use crate::adapter::{AdapterError, Output, Region};
+use crate::csg::Csg;
+use crate::layer::{Layer, Size, Window};
+use crate::scene::Antialias;
+
+const OUTPUTS: [Output; 3] = [
+    Output::ColourOverBackground,
+    Output::ColourAlone { with_sky: false },
+    Output::Depth,
+];
+
+const ANTIALIAS: Antialias = Antialias {
+    threshold: 0.1,
+    depth: 2,
+};
+
+/// Some of everything, with edges in every part of the picture.
+fn busy() -> Stage {
+    let solids = [
+        dull(plane([0.0, 1.0, 0.0], -2.0)),
+        dull(sphere(-2.0, 0.0, 0.0, 1.5)),
+        glowing([0.9, 0.3, 0.1], cuboid([1.0, -2.0, -1.0], [3.0, 1.0, 1.0])),
+        dull(sphere(3.5, 2.5, 4.0, 1.0)),
+    ];
+    let mut stage = Stage::of(solids).lit(lamp(4.0, 9.0, -8.0));
+    // Some blocks of 32 pixels, the last ones cut.
+    stage.size = Size {
+        width: 101,
+        height: 75,
+    };
+    stage
+}
+
+fn window(x: u32, y: u32, width: u32, height: u32) -> Window {
+    Window {
+        x,
+        y,
+        width,
+        height,
+    }
+}
+
+/// Where nothing is, nothing comes back: no objects, or all of them behind.
+pub fn what_is_empty_is_empty(subject: &Subject) {
+    let adapter = subject.adapter();
+    let behind = Stage::of([
+        glowing([1.0; 3], sphere(0.0, 0.0, -20.0, 2.0)),
+        sphere(80.0, 0.0, 0.0, 1.0),
+    ]);
+    let hollow = Stage::of([Csg::Union(Vec::new())]);
+    for stage in [Stage::empty(), behind, hollow] {
+        let depth = stage.draw(&*adapter, Output::Depth);
+        let depths = depth.depth.expect("depth was asked for");
+        assert_eq!(depths.len(), stage.size.pixels());
+        assert!(
+            depths.iter().all(|&d| d == f64::INFINITY),
+            "nothing is there"
+        );
+        let over = stage.draw(&*adapter, Output::ColourOverBackground);
+        for pixel in colours(&over) {
+            for (channel, expected) in pixel.iter().zip(BACKGROUND) {
+                let off = (f64::from(*channel) - expected).abs();
+                assert!(off < 1e-4, "{pixel:?} is not the background");
+            }
+            assert_eq!(pixel[3], 1.0, "the background covers");
+        }
+        let alone = stage.draw(&*adapter, Output::ColourAlone { with_sky: false });
+        let dark = |p: &[f32; 4]| p[..3].iter().all(|&c| c == 0.0);
+        assert!(colours(&alone).iter().all(dark), "there is no background");
+    }
+    let room = Room::plain();
+    let none = Stage::empty();
+    let layers = drawn(adapter.render(&none.request(Output::Depth, Vec::new()), &room.run));
+    assert!(layers.is_empty(), "no shots are no layers");
+    room.assert_empty();
+}
+
+/// A window at any place shows what is there, also one of a single pixel.
+pub fn windows_are_where_they_say(subject: &Subject) {
+    let stage = busy();
+    let windows = [
+        window(13, 7, 50, 41),
+        window(0, 30, 101, 9),
+        window(100, 74, 1, 1),
+        window(39, 21, 62, 54),
+    ];
+    let shots = windows.map(|w| stage.shot(0, Region::Window(w))).to_vec();
+    let room = Room::plain();
+    let request = stage.request(Output::Depth, shots);
+    let layers = drawn(subject.adapter().render(&request, &room.run));
+    for (layer, window) in layers.iter().zip(windows) {
+        assert_eq!(layer.window, window);
+        stage.oracle().assert_depth(layer);
+    }
+    assert_eq!(layers.len(), windows.len());
+}
+
+/// On the declared grid a window has the full frame's very values.
+pub fn crops_on_the_grid_are_identical(subject: &Subject) {
+    let adapter = subject.adapter();
+    let Some(grid) = adapter.abilities().crop_grid else {
+        return;
+    };
+    assert!(grid > 0, "a grid of no pixels");
+    let stage = busy();
+    // The grid's lines nearest to a third and two thirds of the picture.
+    let line = |length: u32, thirds: u32| {
+        let wanted = length * thirds / 3 / grid * grid;
+        if wanted == 0 && grid < length {
+            grid
+        } else {
+            wanted
+        }
+    };
+    let (w, h) = (stage.size.width, stage.size.height);
+    let windows = [
+        window(line(w, 1), line(h, 1), 31, 19),
+        window(line(w, 2), 0, w - line(w, 2), 40),
+        window(0, line(h, 2), 45, h - line(h, 2)),
+    ];
+    compare(
+        subject,
+        &stage,
+        windows.map(Region::Window).to_vec(),
+        |_, _| true,
+    );
+}
+
+/// A set of blocks alone has the full frame's very values in these blocks.
+pub fn blocks_are_identical(subject: &Subject) {
+    let adapter = subject.adapter();
+    let abilities = adapter.abilities();
+    let stage = busy();
+    if !abilities.block_mask {
+        let region = Region::Blocks(vec![0]);
+        let result = stage.draw_with(&*adapter, Output::Depth, region, None);
+        let refused = matches!(result, Err(AdapterError::Unsupported { .. }));
+        assert!(refused, "blocks are not declared, and not refused");
+        return;
+    }
+    let grid = abilities.crop_grid.expect("blocks are those of a grid");
+    let columns = stage.size.width.div_ceil(grid);
+    let count = columns * stage.size.height.div_ceil(grid);
+    let blocks: Vec<u32> = (0..count).filter(|k| k % 5 == 1 || k % 7 == 4).collect();
+    let inside = |x: u32, y: u32| blocks.contains(&(y / grid * columns + x / grid));
+    let regions = vec![Region::Blocks(blocks.clone())];
+    for part in compare(subject, &stage, regions, inside) {
+        for k in &blocks {
+            let (x, y) = (k % columns * grid, k / columns * grid);
+            assert!(
+                part.window.contains(x, y),
+                "block {k} is outside of the layer"
+            );
+        }
+    }
+}
+
+/// Draws the whole and the regions, and compares what is `wanted`.
+fn compare(
+    subject: &Subject,
+    stage: &Stage,
+    regions: Vec<Region>,
+    wanted: impl Fn(u32, u32) -> bool,
+) -> Vec<Layer> {
+    let adapter = subject.adapter();
+    let mut all = Vec::new();
+    for output in OUTPUTS {
+        for antialias in [None, Some(ANTIALIAS)] {
+            if output == Output::Depth && antialias.is_some() {
+                continue;
+            }
+            let full = drawn(stage.draw_with(&*adapter, output, whole(stage.size), antialias));
+            let shots = regions.iter().map(|r| stage.shot(1, r.clone())).collect();
+            let mut request = stage.request(output, shots);
+            request.antialias = antialias;
+            let parts = drawn(adapter.render(&request, &Room::plain().run));
+            assert_eq!(parts.len(), regions.len());
+            for part in parts {
+                assert_part_of(&part, &full, &wanted);
+                all.push(part);
+            }
+        }
+    }
+    all
+}
+
+/// Many frames in one call, each another scene and window: in the request's
+/// order, whatever their numbers.
+pub fn a_batch_comes_back_in_order(subject: &Subject) {
+    let stages: Vec<Stage> = (0..7)
+        .map(|k| {
+            let mut stage = busy();
+            stage.scene.camera = super::stage::camera(
+                DVec3::new(f64::from(k) - 3.0, 1.0, -10.0),
+                DVec3::new(0.0, 0.3 * f64::from(k), 0.0),
+            );
+            stage
+        })
+        .collect();
+    let frames = [12, 3, 4, 100_000, 0, 5, 6];
+    let mut shots = Vec::new();
+    for (k, (stage, frame)) in (0_u32..).zip(stages.iter().zip(frames)) {
+        shots.push(stage.shot(frame, Region::Window(window(4 * k, 3 * k, 60 + k, 50 - k))));
+    }
+    let request = stages[0].request(Output::Depth, shots);
+    let room = Room::plain();
+    let layers = drawn(subject.adapter().render(&request, &room.run));
+    assert_eq!(layers.len(), stages.len());
+    for ((stage, layer), k) in stages.iter().zip(&layers).zip(0_u32..) {
+        assert_eq!(layer.window, window(4 * k, 3 * k, 60 + k, 50 - k));
+        stage.oracle().assert_depth(layer);
+    }
+    room.assert_empty();
+}
