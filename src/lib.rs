@@ -69,6 +69,7 @@ pub mod renderers;
 pub mod report;
 pub mod segmentation;
 pub mod shadow;
+pub mod silhouette;
 pub mod stage;
 pub mod stream;
 pub mod sweep;

@@ -1,15 +1,17 @@
 //! What is to be filmed: the film, its objects and its renderer, all read.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use decor_api::{
-    Adapter, AdapterError, Antialias, Fragment, Instance, NativeFile, Prototype, PrototypeId,
-    RunContext, Scene, Size, Surroundings,
+    Adapter, AdapterError, Antialias, Camera, Fragment, Instance, NativeFile, Prototype,
+    PrototypeId, RunContext, Scene, Size, Sphere, Surroundings, Window,
 };
 
 use crate::film::{Film, FilmErrors, FrameState, NamedFile, ObjectState};
+use crate::influence::parts;
 use crate::objects::{Cache, Library, ObjectError, content_hash};
+use crate::silhouette::silhouette;
 
 /// Why there is nothing to film.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -60,6 +62,8 @@ pub struct Stage {
 struct Props {
     /// The prototype of every description, by its number.
     prototypes: Vec<PrototypeId>,
+    /// Spheres around each prototype's parts, once they are asked for.
+    parts: Vec<OnceLock<Vec<Sphere>>>,
     includes: Vec<NativeFile>,
     skies: Vec<(PathBuf, NativeFile)>,
     /// What the renderer says of each sky; the first is about no sky.
@@ -119,6 +123,7 @@ impl Stage {
             run,
         )?;
         let prototypes = paths.iter().map(|path| library.by_path[path]).collect();
+        let parts = vec![OnceLock::new(); library.table.len()];
         let span = Some((*film.frames().start(), *film.frames().end()));
         Ok(Self {
             film,
@@ -126,6 +131,7 @@ impl Stage {
             adapter,
             props: Arc::new(Props {
                 prototypes,
+                parts,
                 includes,
                 skies,
                 surroundings,
@@ -227,6 +233,25 @@ impl Stage {
     /// The prototype of an object in a frame.
     pub fn prototype(&self, object: &ObjectState<'_>) -> &Prototype {
         self.library.table.get(self.prototype_id(object))
+    }
+
+    /// Spheres that enclose an object's prototype together; none where only its
+    /// bounds are known.
+    pub fn parts(&self, object: &ObjectState<'_>) -> &[Sphere] {
+        let id = self.prototype_id(object);
+        self.props.parts[id.0 as usize].get_or_init(|| parts(self.library.table.get(id)))
+    }
+
+    /// The rectangles that an object can be seen in.
+    pub fn silhouette(&self, object: &ObjectState<'_>, camera: &Camera) -> Vec<Window> {
+        let (prototype, parts) = (self.prototype(object), self.parts(object));
+        silhouette(prototype, parts, &object.pose, camera, self.size())
+    }
+
+    /// The rectangle around all that can be seen of an object.
+    pub fn window(&self, object: &ObjectState<'_>, camera: &Camera) -> Window {
+        let windows = self.silhouette(object, camera).into_iter();
+        windows.fold(Window::EMPTY, Window::union)
     }
 
     /// What the renderer says of a frame's surroundings.

@@ -101,14 +101,15 @@ impl Changed {
         }
     }
 
-    /// A placed prototype; in parts where its geometry is neutral.
-    pub fn placed(prototype: &Prototype, pose: &Pose) -> Self {
+    /// A placed prototype, with the spheres that enclose it together
+    /// ([`parts`]).
+    pub fn placed(prototype: &Prototype, parts: &[Sphere], pose: &Pose) -> Self {
         let posed = |sphere: &Sphere| {
             let bounds = Bounds::Sphere(*sphere).posed(pose);
             bounds.as_sphere().copied()
         };
         // A part that is not finite any more makes the parts useless.
-        let parts: Option<Vec<Sphere>> = parts(prototype).iter().map(posed).collect();
+        let parts: Option<Vec<Sphere>> = parts.iter().map(posed).collect();
         Self {
             whole: prototype.bounds.posed(pose),
             parts: parts.unwrap_or_default(),

@@ -1,7 +1,7 @@
 //! A neutral solid in spheres that fit better than one, and how thin it is.
 
 use decor_api::csg_bounds::ball_around;
-use decor_api::{Bounds, Camera, Csg, Geometry, Pose, Prototype, Size, Sphere};
+use decor_api::{Bounds, Camera, Csg, Extent, Geometry, Pose, Prototype, Size, Sphere};
 use glam::DVec3;
 
 /// More spheres cost more than they save.
@@ -14,11 +14,17 @@ const MOST_PIECES: f64 = 5.0;
 const RING: u32 = 12;
 
 /// Spheres that together enclose a prototype, in its own coordinates, where
-/// they are tighter than the one around all of it. None where its geometry is
-/// not neutral.
+/// they are tighter than the one around all of it: of a fragment, those of its
+/// box. None where nobody knows.
 pub fn parts(prototype: &Prototype) -> Vec<Sphere> {
-    let Geometry::Neutral(csg) = &prototype.geometry else {
-        return Vec::new();
+    let boxed;
+    let csg = match (&prototype.geometry, prototype.extent) {
+        (Geometry::Neutral(csg), _) => csg,
+        (Geometry::Fragment(_), Some(Extent { min, max })) => {
+            boxed = Csg::Box { min, max };
+            &boxed
+        }
+        (Geometry::Fragment(_), None) => return Vec::new(),
     };
     let mut balls = Vec::new();
     if collect(csg, &mut Vec::new(), &mut balls).is_none() {
@@ -262,6 +268,7 @@ mod tests {
 
     fn prototype(csg: Csg) -> Prototype {
         Prototype {
+            extent: None,
             path: "test".into(),
             hash: String::new(),
             bounds: csg.bounds(),

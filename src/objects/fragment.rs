@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use decor_api::{Bounds, Fragment, NativeFile, Optics, Said};
+use decor_api::{Bounds, Extent, Fragment, NativeFile, Optics, Said};
 use glam::DVec3;
 
 use super::error::TextError;
@@ -235,6 +235,7 @@ pub(super) fn inspection_key(
 #[serde(deny_unknown_fields)]
 pub(super) struct KeptSaid {
     bounds: KeptBounds,
+    extent: Option<[DVec3; 2]>,
     optical: Option<String>,
     unlayerable: Option<String>,
 }
@@ -256,6 +257,7 @@ impl KeptSaid {
                 }
                 Bounds::Unbounded => KeptBounds::Unbounded,
             },
+            extent: said.extent.map(|extent| [extent.min, extent.max]),
             optical: match &said.optics {
                 Optics::Opaque => None,
                 Optics::Optical(why) => Some(why.clone()),
@@ -271,6 +273,7 @@ impl KeptSaid {
                 KeptBounds::Sphere([x, y, z, r]) => Bounds::sphere(DVec3::new(x, y, z), r),
                 KeptBounds::Unbounded => Bounds::Unbounded,
             },
+            extent: self.extent.map(|[min, max]| Extent { min, max }),
             optics: self.optical.map_or(Optics::Opaque, Optics::Optical),
             unlayerable: self.unlayerable,
         }

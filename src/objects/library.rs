@@ -23,7 +23,7 @@ pub const ENDINGS: [&str; 8] = ["inc", "pov", "ron", "obj", "ply", "stl", "gltf"
 const TRIED: [&str; 3] = ["inc", "pov", "ron"];
 
 /// Under what the cache keeps what a renderer said of a fragment.
-const KIND: &str = "inspection-2";
+const KIND: &str = "inspection-3";
 
 /// The objects of a film.
 #[derive(Clone, Debug, Default)]
@@ -117,6 +117,7 @@ impl Library {
                 path: path.to_owned(),
                 hash,
                 bounds: csg.bounds(),
+                extent: None,
                 optics: neutral_optics(&csg),
                 geometry: Geometry::Neutral(csg),
                 unlayerable: None,
@@ -133,6 +134,8 @@ impl Library {
                     path: path.to_owned(),
                     hash,
                     bounds: stated.unwrap_or(said.bounds),
+                    // Who states bounds means something else than what is there.
+                    extent: said.extent.filter(|_| stated.is_none()),
                     optics: said.optics.clone(),
                     geometry: Geometry::Fragment(fragment),
                     unlayerable: said.unlayerable.clone(),

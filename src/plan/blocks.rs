@@ -35,6 +35,13 @@ impl BlockSet {
         }
     }
 
+    /// Adds every block that has a pixel of any of `windows`.
+    pub fn insert_all(&mut self, windows: impl IntoIterator<Item = Window>) {
+        for window in windows {
+            self.insert(window);
+        }
+    }
+
     /// The blocks of both sets, which are of pictures of one size.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
@@ -85,6 +92,19 @@ impl BlockSet {
     pub fn has_pixel(&self, x: u32, y: u32) -> bool {
         let number = (y / BLOCK * columns(self.size) + x / BLOCK) as usize;
         x < self.size.width && self.bits.get(number) == Some(&true)
+    }
+
+    /// Is any pixel of `window` in them?
+    pub fn touches(&self, window: Window) -> bool {
+        if window.is_empty() {
+            return false;
+        }
+        let (first, end) = (window.x / BLOCK, window.right().div_ceil(BLOCK));
+        let rows = window.y / BLOCK..window.bottom().div_ceil(BLOCK);
+        rows.into_iter().any(|row| {
+            let at = |column: u32| (row * columns(self.size) + column) as usize;
+            (first..end.min(columns(self.size))).any(|c| self.bits.get(at(c)) == Some(&true))
+        })
     }
 
     /// Is every pixel of `window` in them?

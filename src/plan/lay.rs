@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use decor_api::{Bounds, Optics, Window};
 
+use super::islands::islands;
 use super::make::Maker;
 use super::windows::gathered;
 use super::{
@@ -11,7 +12,7 @@ use super::{
 };
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::influence::estimated_pixels;
-use crate::motion::{infinity_px, screen_box};
+use crate::motion::infinity_px;
 use crate::segmentation::{Class, Reason, Rule, Segmented, same_environment, segment_towards};
 
 /// A layered frame traces its windows twice, for colour and for depth; depth
@@ -23,6 +24,15 @@ const DEPTH_SHARE: f64 = 0.4;
 
 /// The cost of a ray that meets the sky alone, as a share of another's.
 const SKY_SHARE: f64 = 0.4;
+
+/// How fast objects come into a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Rendered by themselves, and merged by depth, but for what cannot be.
+    Merged,
+    /// In blocks from the full scene that split no object.
+    Islands,
+}
 
 impl Maker<'_> {
     /// Frames that are all rendered whole.
@@ -217,8 +227,38 @@ impl Maker<'_> {
         })
     }
 
-    /// Decides what is rendered where, frame by frame.
+    /// Decides what is rendered where, frame by frame: the fast objects merged, or
+    /// blocks around them from the full scene, where that costs less.
     pub fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
+        let whole = period.frames.clone();
+        self.lay_by(period, first, Way::Merged);
+        let fast = |frame: &FramePlan| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty());
+        if !self.may_have_islands(first) || !period.frames.iter().any(fast) {
+            return;
+        }
+        let mut by_islands = Period {
+            frames: whole,
+            ..period.clone()
+        };
+        self.lay_by(&mut by_islands, first, Way::Islands);
+        let laid = by_islands.frames.iter();
+        let laid = laid.filter(|frame| **frame != FramePlan::Whole).count();
+        if laid > 0 && self.weight(&by_islands, false) < self.weight(period, false) {
+            *period = by_islands;
+        }
+    }
+
+    /// May fast objects be drawn in blocks from the full scene, although there are
+    /// objects in the décor that move?
+    fn may_have_islands(&self, first: &FrameState<'_>) -> bool {
+        self.wishes.mode == Mode::Equivalent
+            && self.abilities().block_mask
+            && !self.wishes.with_depth
+            && !self.casts(first)
+            && first.antialias.is_none()
+    }
+
+    fn lay_by(&self, period: &mut Period, first: &FrameState<'_>, way: Way) {
         let classes: HashMap<ObjectId, Class> =
             period.objects.iter().map(|o| (o.object, o.class)).collect();
         // What the décor shows of optical objects has to be drawn over.
@@ -231,12 +271,13 @@ impl Maker<'_> {
                     .is_some_and(|class| class.in_decor())
             })
             .filter(|object| self.is_optical(object))
-            .map(|object| self.window(object, first))
+            .flat_map(|object| self.stage.silhouette(object, &first.camera))
             .collect();
         let sky_moves = period.sky.is_some_and(|sky| sky.class == Class::Fast);
         let limit = WORTHWHILE * self.stage.size().pixels() as f64;
         for (number, frame) in (period.start..).zip(&mut period.frames) {
-            let layered = self.lay_frame(&self.state(number), &classes, &shown, sky_moves);
+            let layered = self.lay_frame(&self.state(number), &classes, &shown, sky_moves, way);
+            let Some(layered) = layered else { continue };
             if !self.wishes.fallback || self.frame_cost(&layered) <= limit {
                 *frame = layered;
             }
@@ -262,11 +303,6 @@ impl Maker<'_> {
         }
     }
 
-    fn window(&self, object: &ObjectState<'_>, state: &FrameState<'_>) -> Window {
-        let bounds: Bounds = self.stage.prototype(object).bounds.posed(&object.pose);
-        screen_box(&bounds, &state.camera, self.stage.size()).window()
-    }
-
     /// May what is seen of the object depend on the other layer?
     fn is_optical(&self, object: &ObjectState<'_>) -> bool {
         self.abilities().optics
@@ -280,7 +316,8 @@ impl Maker<'_> {
         classes: &HashMap<ObjectId, Class>,
         shown: &[Window],
         sky: bool,
-    ) -> FramePlan {
+        way: Way,
+    ) -> Option<FramePlan> {
         let size = self.stage.size();
         let mut blocks = BlockSet::none(size);
         let mut merged: Vec<Window> = Vec::new();
@@ -290,16 +327,17 @@ impl Maker<'_> {
             .any(|class| !matches!(class, Class::Immobile));
         // Is what moves drawn from the full scene, and not merged?
         let casts = alive && self.casts(state);
-        let all_from_scene = self.all_from_scene(state, classes, casts);
+        let all_from_scene = way == Way::Islands || self.all_from_scene(state, classes, casts);
         for object in &state.objects {
             let is_fast = classes.get(&object.id) == Some(&Class::Fast);
             let optical = self.is_optical(object);
             if !(is_fast || optical && alive) {
                 continue;
             }
-            let window = self.window(object, state);
+            let seen = self.stage.silhouette(object, &state.camera);
+            let window = seen.iter().copied().fold(Window::EMPTY, Window::union);
             if optical || all_from_scene {
-                blocks.insert(window);
+                blocks.insert_all(seen);
             }
             let is_merged = !optical && !all_from_scene || self.wishes.with_depth;
             if is_fast && is_merged {
@@ -314,17 +352,20 @@ impl Maker<'_> {
         if !self.wishes.with_depth {
             merged.retain(|&window| !blocks.contains(window));
         }
+        if way == Way::Islands {
+            blocks = islands(self.stage, state, classes, self.threshold_px, blocks)?;
+        }
         let shadows = casts.then(|| ShadowPlan {
             expected_pixels: self.shadow_pixels(state, classes, all_from_scene, &blocks),
             replaces_boxes: all_from_scene,
             by_map: !all_from_scene && self.by_map(state),
         });
-        FramePlan::Layered {
-            fast: gathered(&merged, size),
+        Some(FramePlan::Layered {
+            fast: gathered(&merged, size, state.antialias.is_some()),
             blocks,
             sky,
             shadows,
-        }
+        })
     }
 
     /// Is what moves drawn from the full scene, in blocks, and not merged?

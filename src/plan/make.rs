@@ -210,7 +210,7 @@ impl<'a> Maker<'a> {
     }
 
     /// How dear a frame of a period is: less is better.
-    fn weight(&self, period: &Period, alone: bool) -> f64 {
+    pub fn weight(&self, period: &Period, alone: bool) -> f64 {
         let work = Work::of(self.stage, period, self.wishes);
         let price = if self.live {
             self.costs.one_by_one(&work, self.jobs, self.cores)

@@ -6,6 +6,7 @@
 mod blocks;
 mod budget;
 mod cost;
+mod islands;
 mod lay;
 mod make;
 mod windows;
@@ -21,6 +22,7 @@ pub use cost::{
     Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost, Prediction,
     Price, Seen, Survey, Work, chunk_length, jobs, periods_at_once, whole_work,
 };
+pub(crate) use islands::seen_in;
 pub(crate) use make::Maker;
 pub use make::{PlanError, plan};
 pub use windows::gathered;

@@ -8,12 +8,14 @@ use super::blocks::BLOCK;
 /// where that traces fewer more pixels than this.
 const PICTURE_PIXELS: usize = 20_000;
 
-/// Windows on the grid that contain all of `windows`: cheap together. The
-/// greedy choice, always the pair that wins most; few objects are fast.
-pub fn gathered(windows: &[Window], size: Size) -> Vec<Window> {
+/// Windows that contain all of `windows`: cheap together. The greedy choice,
+/// always the pair that wins most; few objects are fast. `antialiased`: on the
+/// renderers' grid, where pixels depend on their neighbours.
+pub fn gathered(windows: &[Window], size: Size, antialiased: bool) -> Vec<Window> {
+    let grid = if antialiased { BLOCK } else { 1 };
     let mut left: Vec<Window> = windows
         .iter()
-        .map(|window| window.on_grid(BLOCK, size))
+        .map(|window| window.on_grid(grid, size))
         .filter(|window| !window.is_empty())
         .collect();
     left.sort_by_key(|w| (w.y, w.x, w.width, w.height));
@@ -60,7 +62,7 @@ mod tests {
 
     #[test]
     fn near_windows_become_one_and_far_ones_do_not() {
-        let near = gathered(&[at(10, 10, 50), at(70, 40, 30)], SIZE);
+        let near = gathered(&[at(10, 10, 50), at(70, 40, 30)], SIZE, true);
         assert_eq!(
             near,
             [Window {
@@ -70,8 +72,13 @@ mod tests {
                 height: 96
             }]
         );
-        assert_eq!(gathered(&[at(0, 0, 32), at(900, 900, 32)], SIZE).len(), 2);
-        assert!(gathered(&[Window::EMPTY], SIZE).is_empty());
+        let near = gathered(&[at(10, 10, 50), at(70, 40, 30)], SIZE, false);
+        assert_eq!(near, [at(10, 10, 50).union(at(70, 40, 30))]);
+        assert_eq!(
+            gathered(&[at(0, 0, 32), at(900, 900, 32)], SIZE, true).len(),
+            2
+        );
+        assert!(gathered(&[Window::EMPTY], SIZE, true).is_empty());
     }
 
     #[test]
@@ -80,7 +87,7 @@ mod tests {
             .map(|k| at(k * 5 % 900, k * 37 % 900, 20))
             .collect();
         for few in [&many[..40], &many[..]] {
-            let out = gathered(few, SIZE);
+            let out = gathered(few, SIZE, false);
             for window in few {
                 assert!(out.iter().any(|w| w.intersection(*window) == *window));
             }

@@ -16,8 +16,7 @@ use super::influenced::Blocks;
 use super::shading::Shades;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::influence::may_shade;
-use crate::motion::screen_box;
-use crate::plan::{BlockSet, FramePlan, Mode, Period};
+use crate::plan::{BlockSet, FramePlan, Mode, Period, seen_in};
 
 /// Pixels of layers that one chunk holds at once, at most.
 const CHUNK_PIXELS: usize = 12 << 20;
@@ -172,7 +171,11 @@ impl Execution<'_> {
                         }
                     }
                     if let Some(blocks) = blocks.get(&number).filter(|b| !b.is_empty()) {
-                        let scene = Arc::new(self.stage.scene(&state, |_| true));
+                        let seen = seen_in(self.stage, &self.plan.wishes, &state, blocks);
+                        let scene = self.stage.scene(&state, |object| {
+                            seen.as_ref().is_none_or(|seen| seen.contains(&object.id))
+                        });
+                        let scene = Arc::new(scene);
                         add(Pass::Blocks, &scene, Region::Blocks(blocks.numbers()));
                     }
                 }
@@ -230,9 +233,7 @@ impl Execution<'_> {
         if drawn_in_blocks {
             return false;
         }
-        let bounds = prototype.bounds.posed(&object.pose);
-        let window = screen_box(&bounds, &state.camera, self.stage.size()).window();
-        state.shadows || !window.is_empty()
+        state.shadows || !self.stage.window(object, &state.camera).is_empty()
     }
 
     /// All layers of a chunk, by pass and frame. The calls run side by side.

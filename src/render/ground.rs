@@ -198,19 +198,8 @@ impl Execution<'_> {
             }
         }
         if let Some(layer) = take(Pass::Blocks).next() {
-            let colour = layer.colour.as_deref().unwrap_or_default();
-            for window in blocks.get(&number).into_iter().flat_map(BlockSet::windows) {
-                let rows = window.y..window.bottom();
-                let part = rows.flat_map(|y| {
-                    let from = layer.index(window.x, y);
-                    colour[from..from + window.width as usize].iter().copied()
-                });
-                patches.push(Patch {
-                    window,
-                    colour: part.collect(),
-                    depth: None,
-                });
-            }
+            let windows = blocks.get(&number).into_iter().flat_map(BlockSet::windows);
+            patches.extend(windows.map(|window| block_of(&layer, window)));
         }
         patches
     }
@@ -252,6 +241,21 @@ fn unchanged(
     }
     let file = file()?;
     Ok(ground.unchanged.get_or_init(|| file))
+}
+
+/// A window of a layer as a patch.
+pub fn block_of(layer: &Layer, window: Window) -> Patch {
+    let colour = layer.colour.as_deref().unwrap_or_default();
+    let rows = window.y..window.bottom();
+    let part = rows.flat_map(|y| {
+        let from = layer.index(window.x, y);
+        colour[from..from + window.width as usize].iter().copied()
+    });
+    Patch {
+        window,
+        colour: part.collect(),
+        depth: None,
+    }
 }
 
 /// A window of the backdrop as a patch.

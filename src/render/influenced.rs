@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use decor_api::{Bounds, Camera, Layer, Optics, Prototype, Window};
+use decor_api::{Camera, Layer, Optics, Prototype, Window};
 
 use super::execution::Execution;
 use super::ground::PeriodGround;
@@ -96,7 +96,8 @@ impl Execution<'_> {
         for object in &state.objects {
             if !kept.contains(&object.id) {
                 let prototype = self.stage.prototype(object);
-                changed.push(Changed::placed(prototype, &object.pose));
+                let parts = self.stage.parts(object);
+                changed.push(Changed::placed(prototype, parts, &object.pose));
             }
         }
         for shown in &view.instances {
@@ -140,18 +141,14 @@ impl Execution<'_> {
                     // The observer may have moved since: what is seen is where it
                     // is seen now.
                     for object in state.objects.iter().filter(|o| !kept.contains(&o.id)) {
-                        let bounds: Bounds =
-                            self.stage.prototype(object).bounds.posed(&object.pose);
-                        blocks.insert(screen_box(&bounds, &state.camera, size).window());
+                        blocks.insert_all(self.stage.silhouette(object, &state.camera));
                     }
                     for window in &optical {
                         blocks.insert(*window);
                     }
                     let mirrors = |o: &&ObjectState<'_>| self.may_mirror(self.stage.prototype(o));
                     for object in state.objects.iter().filter(mirrors) {
-                        let bounds: Bounds =
-                            self.stage.prototype(object).bounds.posed(&object.pose);
-                        blocks.insert(screen_box(&bounds, &state.camera, size).window());
+                        blocks.insert_all(self.stage.silhouette(object, &state.camera));
                     }
                 }
                 Some((blocks, None))

@@ -12,13 +12,13 @@ use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, S
 
 use super::RenderError;
 use super::execution::{Execution, join, only};
+use super::ground::block_of;
 use super::influenced::Samples;
 use super::shading::Lighting;
 use crate::dissolve::Backdrop;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::merge::{Patch, merge};
-use crate::motion::screen_box;
-use crate::plan::{FramePlan, Period, gathered};
+use crate::plan::{BlockSet, FramePlan, Period, gathered};
 use crate::segmentation::Class;
 
 /// Particular objects are rendered by themselves where their windows are not
@@ -97,8 +97,17 @@ impl Execution<'_> {
                     ..Joint::default()
                 });
             }
-            if same && let Some(joint) = self.in_common(begins.start, &old, &new)? {
-                return Ok(joint);
+            if same {
+                let state = self.stage.film.frame(begins.start);
+                let blocks = self.stage.adapter.abilities().block_mask;
+                let joint = if depth || !blocks {
+                    self.in_common(&state, &old, &new)?
+                } else {
+                    self.in_common_by_blocks(&state, &old, &new)?
+                };
+                if let Some(joint) = joint {
+                    return Ok(joint);
+                }
             }
         }
         let (decor, target, samples) = std::thread::scope(|scope| {
@@ -146,28 +155,88 @@ impl Execution<'_> {
             .all(|o| pose(&before, o.object) == pose(&after, o.object))
     }
 
+    /// Is what is seen of an object its own, whatever else there is, and each
+    /// pixel one object's alone?
+    fn is_apart(&self, state: &FrameState<'_>) -> bool {
+        let abilities = self.stage.adapter.abilities();
+        let opaque = |object: &ObjectState<'_>| {
+            self.stage.prototype(object).optics == Optics::Opaque || !abilities.optics
+        };
+        let shadows = state.shadows && !state.lights.is_empty() && abilities.shadows;
+        !shadows && self.stage.antialias().is_none() && state.objects.iter().all(opaque)
+    }
+
+    /// Where no depth is needed: the new décor rendered whole, and the old one's
+    /// objects in the blocks where the two differ.
+    fn in_common_by_blocks(
+        &self,
+        state: &FrameState<'_>,
+        old: &HashSet<ObjectId>,
+        new: &HashSet<ObjectId>,
+    ) -> Result<Option<Joint>, RenderError> {
+        let (size, frame) = (self.stage.size(), state.number);
+        let mut blocks = BlockSet::none(size);
+        for object in &state.objects {
+            if old.contains(&object.id) != new.contains(&object.id) {
+                blocks.insert_all(self.stage.silhouette(object, &state.camera));
+            }
+        }
+        let pixels = blocks.pixels();
+        if !self.is_apart(state) || pixels as f64 > PARTICULAR_SHARE * size.pixels() as f64 {
+            return Ok(None);
+        }
+        let particular = || {
+            if blocks.is_empty() {
+                return Ok(None);
+            }
+            let scene = self.stage.scene(state, |object| {
+                old.contains(&object.id)
+                    && self
+                        .stage
+                        .silhouette(object, &state.camera)
+                        .into_iter()
+                        .any(|window| blocks.touches(window))
+            });
+            let region = Region::Blocks(blocks.numbers());
+            let colour = Output::ColourOverBackground;
+            let label = format!("target_{frame:04}");
+            let request = self.request_of(frame, &Arc::new(scene), &region, colour, label);
+            self.traced
+                .decor
+                .fetch_add(pixels as u64, Ordering::Relaxed);
+            Ok::<_, RenderError>(Some(only(self.call(&request, None)?)?))
+        };
+        let (decor, particular) = std::thread::scope(|scope| {
+            let particular = scope.spawn(particular);
+            (self.decor(frame, new, false, "decor"), join(particular))
+        });
+        let decor = decor?;
+        let mut target = decor.clone();
+        if let Some(layer) = particular? {
+            for window in blocks.windows() {
+                lay(&mut target, &block_of(&layer, window));
+            }
+        }
+        Ok(Some(Joint {
+            decor: Some(Arc::new(decor)),
+            target: Some(Arc::new(target)),
+            ..Joint::default()
+        }))
+    }
+
     /// The objects that both décors have, rendered once, and what is particular
     /// to each merged into it. `None` where that would not be the same picture,
     /// or where it would not be cheaper.
     fn in_common(
         &self,
-        frame: u32,
+        state: &FrameState<'_>,
         old: &HashSet<ObjectId>,
         new: &HashSet<ObjectId>,
     ) -> Result<Option<Joint>, RenderError> {
-        let state = self.stage.film.frame(frame);
-        // What is seen of one object must not depend on another; a pixel must be
-        // the one's or the other's; and the merge needs depths.
-        let apart = |object: &ObjectState<'_>| {
-            self.stage.prototype(object).optics == Optics::Opaque
-                || !self.stage.adapter.abilities().optics
-        };
-        let shadows =
-            state.shadows && !state.lights.is_empty() && self.stage.adapter.abilities().shadows;
-        if shadows || self.stage.antialias().is_some() || !state.objects.iter().all(apart) {
+        if !self.is_apart(state) {
             return Ok(None);
         }
-        let size = self.stage.size();
+        let (size, frame) = (self.stage.size(), state.number);
         let common: HashSet<ObjectId> = old.intersection(new).copied().collect();
         let windows = |set: &HashSet<ObjectId>| {
             let particular = state
@@ -175,12 +244,9 @@ impl Execution<'_> {
                 .iter()
                 .filter(|object| set.contains(&object.id) && !common.contains(&object.id));
             let windows: Vec<Window> = particular
-                .map(|object| {
-                    let bounds = self.stage.prototype(object).bounds.posed(&object.pose);
-                    screen_box(&bounds, &state.camera, size).window()
-                })
+                .map(|object| self.stage.window(object, &state.camera))
                 .collect();
-            gathered(&windows, size)
+            gathered(&windows, size, false)
         };
         let (old_windows, new_windows) = (windows(old), windows(new));
         let pixels: usize = old_windows
@@ -193,12 +259,12 @@ impl Execution<'_> {
         }
         let (ground, olds, news) = std::thread::scope(|scope| {
             let olds = scope.spawn(|| {
-                self.particular(&state, &old_windows, "target", |object| {
+                self.particular(state, &old_windows, "target", |object| {
                     old.contains(&object.id) && !common.contains(&object.id)
                 })
             });
             let news = scope.spawn(|| {
-                self.particular(&state, &new_windows, "decor", |object| {
+                self.particular(state, &new_windows, "decor", |object| {
                     new.contains(&object.id) && !common.contains(&object.id)
                 })
             });

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use decor::influence::{Changed, Depths, Influence, Mask, Still, influence, is_slender};
+use decor::influence::{Changed, Depths, Influence, Mask, Still, influence, is_slender, parts};
 use decor::motion::screen_box;
 use decor_api::{
     Adapter, Antialias, Bounds, Camera, Csg, Fade, Geometry, Highlight, Instance, Layer,
@@ -63,6 +63,7 @@ pub fn instance(table: &mut PrototypeTable, csg: Csg, pose: Pose) -> Instance {
         Optics::Opaque
     };
     let prototype = table.insert(Prototype {
+        extent: None,
         path: hash.clone().into(),
         hash,
         bounds: csg.bounds(),
@@ -118,7 +119,11 @@ impl Case {
         let changed: Vec<Changed> = changed
             .iter()
             .map(|i| {
-                let mut object = Changed::placed(table.get(i.prototype), &i.pose);
+                let mut object = Changed::placed(
+                    table.get(i.prototype),
+                    &parts(table.get(i.prototype)),
+                    &i.pose,
+                );
                 object.parts.iter_mut().for_each(|p| p.radius *= share);
                 if let Bounds::Sphere(whole) = &mut object.whole {
                     whole.radius *= share;

@@ -42,7 +42,7 @@ pub use adapter::{
     Said, SceneText, Surroundings, Tally,
 };
 pub use arrival::{ArrivalRequest, ArrivalShot, SurfacePoint};
-pub use bounds::{Bounds, Sphere};
+pub use bounds::{Bounds, Extent, Sphere};
 pub use camera::{Camera, CameraError};
 pub use csg::Csg;
 pub use layer::{Layer, Size, Window};

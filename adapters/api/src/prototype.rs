@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::bounds::Bounds;
+use crate::bounds::{Bounds, Extent};
 use crate::csg::Csg;
 use crate::scene::NativeFile;
 
@@ -60,6 +60,9 @@ pub struct Prototype {
     pub geometry: Geometry,
     /// What encloses it, in its own coordinates.
     pub bounds: Bounds,
+    /// A box around it, where somebody knows one: tighter than the sphere for
+    /// what is long or flat.
+    pub extent: Option<Extent>,
     /// Does it mirror or let light through?
     pub optics: Optics,
     /// Why it cannot be put into a layer, where it cannot (it uses `clock`, …).

@@ -145,6 +145,7 @@ fn ball(
         radius: 1.0,
     };
     let prototype = prototypes.insert(Prototype {
+        extent: None,
         path: "ball".into(),
         hash: "ball".into(),
         geometry: Geometry::Neutral(Csg::Look(look, Box::new(sphere))),

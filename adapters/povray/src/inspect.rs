@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use decor_api::process::ProcessCall;
-use decor_api::{AdapterError, Bounds, Fragment, NativeFile, RunContext, Said};
+use decor_api::{AdapterError, Bounds, Extent, Fragment, NativeFile, RunContext, Said};
 use glam::DVec3;
 
 use crate::call::{Folder, fixed_switches};
@@ -47,11 +47,12 @@ impl Inspection<'_> {
             return Ok(Vec::new());
         }
         let files: Vec<&NativeFile> = fragments.iter().map(|f| &f.file).collect();
-        let bounds = self.bounds(&files, includes, run)?;
-        let said = files.iter().zip(bounds).map(|(file, bounds)| {
+        let extents = self.extents(&files, includes, run)?;
+        let said = files.iter().zip(extents).map(|(file, extent)| {
             let findings = survey::fragment(file, includes, self.library, self.words);
             Said {
-                bounds,
+                bounds: extent.bounds(),
+                extent: extent.bounded(),
                 optics: findings.optics,
                 unlayerable: findings.unlayerable,
             }
@@ -59,19 +60,19 @@ impl Inspection<'_> {
         Ok(said.collect())
     }
 
-    fn bounds(
+    fn extents(
         &self,
         files: &[&NativeFile],
         includes: &[NativeFile],
         run: &RunContext,
-    ) -> Result<Vec<Bounds>, AdapterError> {
+    ) -> Result<Vec<Asked>, AdapterError> {
         match self.ask(files, includes, run)? {
-            Ok(bounds) => Ok(bounds),
+            Ok(extents) => Ok(extents),
             // One of them is broken: ask each alone to find out which.
             Err(_) if files.len() > 1 => {
                 let mut all = Vec::new();
                 for file in files {
-                    all.extend(self.bounds(&[file], includes, run)?);
+                    all.extend(self.extents(&[file], includes, run)?);
                 }
                 Ok(all)
             }
@@ -82,13 +83,13 @@ impl Inspection<'_> {
         }
     }
 
-    /// The bounds, or what POV-Ray said instead.
+    /// The extents, or what POV-Ray said instead.
     fn ask(
         &self,
         files: &[&NativeFile],
         includes: &[NativeFile],
         run: &RunContext,
-    ) -> Result<Result<Vec<Bounds>, String>, AdapterError> {
+    ) -> Result<Result<Vec<Asked>, String>, AdapterError> {
         let text = extents(files, includes, self.library, EXTENTS);
         let folder = Folder::new(run, "inspect", &text)?;
         let out = folder.file(EXTENTS);
@@ -109,15 +110,39 @@ impl Inspection<'_> {
         run.timeout = run.timeout.min(PARSE_LIMIT);
         let ended = call.run(&run)?;
         let written = std::fs::read_to_string(&out).unwrap_or_default();
-        let bounds: Option<Vec<Bounds>> = written.lines().map(parse).collect();
-        Ok(match bounds {
-            Some(bounds) if bounds.len() == files.len() => Ok(bounds),
+        let extents: Option<Vec<Asked>> = written.lines().map(parse).collect();
+        Ok(match extents {
+            Some(extents) if extents.len() == files.len() => Ok(extents),
             _ => Err(ended.stderr),
         })
     }
 }
 
-fn parse(line: &str) -> Option<Bounds> {
+/// What POV-Ray says of the size of something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Asked {
+    Endless,
+    Within(Extent),
+}
+
+impl Asked {
+    fn bounds(self) -> Bounds {
+        match self {
+            Self::Endless => Bounds::Unbounded,
+            Self::Within(extent) => Bounds::around_box(extent.min, extent.max),
+        }
+    }
+
+    /// The box, where it is one.
+    fn bounded(self) -> Option<Extent> {
+        match self {
+            Self::Within(extent) if extent.min.cmple(extent.max).all() => Some(extent),
+            _ => None,
+        }
+    }
+}
+
+fn parse(line: &str) -> Option<Asked> {
     let numbers: Vec<f64> = line
         .split_whitespace()
         .map(|n| n.parse().ok())
@@ -128,10 +153,13 @@ fn parse(line: &str) -> Option<Bounds> {
     let (min, max) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
     let largest = min.abs().max_element().max(max.abs().max_element());
     if largest >= ENDLESS || !largest.is_finite() {
-        return Some(Bounds::Unbounded);
+        return Some(Asked::Endless);
     }
     let room = DVec3::splat(largest * ROUNDING);
-    Some(Bounds::around_box(min - room, max + room))
+    Some(Asked::Within(Extent {
+        min: min - room,
+        max: max + room,
+    }))
 }
 
 /// The lines of POV-Ray's output that are about the error.
@@ -150,11 +178,14 @@ mod tests {
 
     #[test]
     fn extents_are_rounded_outwards() {
-        let Some(Bounds::Sphere(s)) = parse("-1 -1 -1 1 1 1") else {
+        let asked = parse("-1 -1 -1 1 1 1").unwrap();
+        let Bounds::Sphere(s) = asked.bounds() else {
             panic!("a box is bounded")
         };
+        let extent = asked.bounded().unwrap();
+        assert!(extent.min.cmplt(DVec3::splat(-1.0)).all() && extent.max.x < 1.000_001);
         assert!(s.radius > 3.0_f64.sqrt() && s.radius < 1.733);
-        assert_eq!(parse("-10000000000 0 0 1 1 1"), Some(Bounds::Unbounded));
+        assert_eq!(parse("-10000000000 0 0 1 1 1"), Some(Asked::Endless));
         assert_eq!(parse("1 2 3"), None);
     }
 }

@@ -26,6 +26,7 @@ pub(crate) fn sphere_is_where_it_should_be(
         .map_err(|e| e.to_string())?;
     let mut prototypes = PrototypeTable::default();
     let prototype = prototypes.insert(Prototype {
+        extent: None,
         path: PathBuf::from("sphere"),
         hash: "sphere".to_owned(),
         geometry: Geometry::Neutral(Csg::Sphere {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::coverage::Coverage;
 use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::plan::{FramePlan, Mode, Period, Wishes};
+use crate::plan::{FramePlan, Mode, Period, Wishes, seen_in};
 use crate::segmentation::Class;
 use crate::stage::Stage;
 
@@ -235,7 +235,17 @@ impl Work {
                 // Which of the two is of use may change on the way.
                 let rest = &period.frames[k..period.frames.len().min(k + stride)];
                 if rest.iter().any(needs_scene) {
-                    scene = survey.seen(&state, |_| true);
+                    let seen = rest.iter().find_map(|plan| match plan {
+                        FramePlan::Layered {
+                            blocks,
+                            shadows: None,
+                            ..
+                        } if !blocks.is_empty() => seen_in(stage, wishes, &state, blocks),
+                        _ => None,
+                    });
+                    scene = survey.seen(&state, |object| {
+                        seen.as_ref().is_none_or(|seen| seen.contains(&object.id))
+                    });
                 }
                 if rest.iter().any(needs_fast) {
                     fast = survey.seen(&state, |object| survey.in_fast_layer(object, &state));
@@ -447,9 +457,7 @@ impl<'a> Survey<'a> {
         if self.optical_in_blocks && prototype.optics != Optics::Opaque {
             return false;
         }
-        let bounds = prototype.bounds.posed(&object.pose);
-        let seen = crate::motion::screen_box(&bounds, &state.camera, self.stage.size());
-        state.shadows || !seen.window().is_empty()
+        state.shadows || !self.stage.window(object, &state.camera).is_empty()
     }
 
     /// Those objects of a frame that `select` takes.

@@ -1,0 +1,100 @@
+//! Blocks around what is fast whose borders cut through nothing: islands.
+//!
+//! Where the décor is up to the threshold off, a block rendered from the full
+//! scene beside it would show its border: an object that lies across it jumps by
+//! as much. So the blocks grow until every object of the décor that moves lies in
+//! them or beside them. Then no object is split, an island's pixels are the
+//! renderer's own, and neither décor nor fast objects need a depth.
+
+use std::collections::{HashMap, HashSet};
+
+use decor_api::{Optics, Window};
+
+use super::{BlockSet, Mode, Wishes};
+use crate::film::{FrameState, ObjectId};
+use crate::motion::screen_box;
+use crate::segmentation::Class;
+use crate::stage::Stage;
+
+/// Where there are more objects, looking at all of them in every frame costs
+/// more than it wins.
+const MOST_OBJECTS: usize = 20_000;
+
+/// Grows `blocks` until no object that moves in the décor lies across their
+/// border. `threshold_px`: how far it can be from where the décor shows it.
+/// `None` where there are too many objects to look at.
+pub fn islands(
+    stage: &Stage,
+    state: &FrameState<'_>,
+    classes: &HashMap<ObjectId, Class>,
+    threshold_px: f64,
+    mut blocks: BlockSet,
+) -> Option<BlockSet> {
+    if state.objects.len() > MOST_OBJECTS {
+        return None;
+    }
+    let size = stage.size();
+    // What is as good as infinite takes the whole picture.
+    let room = threshold_px.ceil().min(1e6) as u32;
+    let moving = state.objects.iter().filter(|object| {
+        let class = classes.get(&object.id);
+        matches!(class, Some(Class::Slow | Class::Clipped))
+    });
+    let mut outside: Vec<Window> = moving
+        .map(|object| {
+            let bounds = stage.prototype(object).bounds.posed(&object.pose);
+            let seen = screen_box(&bounds, &state.camera, size).window();
+            wider(seen, room).intersection(size.window())
+        })
+        .filter(|window| !window.is_empty())
+        .collect();
+    loop {
+        let before = outside.len();
+        outside.retain(|&window| {
+            let touched = blocks.touches(window);
+            if touched {
+                blocks.insert(window);
+            }
+            !touched
+        });
+        if outside.len() == before {
+            return Some(blocks);
+        }
+    }
+}
+
+/// The objects that can be seen in some blocks, where nothing else can change
+/// what is seen there; `None`: any object may.
+pub fn seen_in(
+    stage: &Stage,
+    wishes: &Wishes,
+    state: &FrameState<'_>,
+    blocks: &BlockSet,
+) -> Option<HashSet<ObjectId>> {
+    let abilities = stage.adapter.abilities();
+    let casts = state.shadows && !state.lights.is_empty() && abilities.shadows;
+    let mut objects = state.objects.iter();
+    let optical =
+        abilities.optics && objects.any(|object| stage.prototype(object).optics != Optics::Opaque);
+    if wishes.mode != Mode::Equivalent || casts || optical || state.antialias.is_some() {
+        return None;
+    }
+    let seen = state.objects.iter().filter(|object| {
+        let windows = stage.silhouette(object, &state.camera);
+        windows.into_iter().any(|window| blocks.touches(window))
+    });
+    Some(seen.map(|object| object.id).collect())
+}
+
+fn wider(window: Window, by: u32) -> Window {
+    if window.is_empty() {
+        return window;
+    }
+    let (x, y) = (window.x.saturating_sub(by), window.y.saturating_sub(by));
+    Window {
+        x,
+        y,
+        width: window.right().saturating_add(by) - x,
+        height: window.bottom().saturating_add(by) - y,
+    }
+}
