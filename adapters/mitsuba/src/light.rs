@@ -1,0 +1,199 @@
+//! Lights as Mitsuba's emitters.
+//!
+//! Mitsuba draws lots which light a ray asks. One light alone leaves it no
+//! choice: every emitter is rendered by itself, without noise, and the pictures
+//! are added. An area light is the grid of points that the film says it is.
+//!
+//! Points and spots fall off with the square of the distance; a light has its
+//! full colour at its fade distance, or, where none is stated, at the distance
+//! of the origin. Full colour means that a white surface across the way looks
+//! as the light does: Mitsuba divides by π, so its powers are multiplied by it.
+
+use std::f64::consts::PI;
+
+use decor_api::{AdapterError, Light, LightKind, Rgb, Scene};
+use glam::DVec3;
+
+use crate::units::Units;
+use crate::unsupported;
+use crate::xml::{matrix, number, point, rgb, vector};
+
+/// One light that Mitsuba has, from the eye.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Emitter {
+    /// A point's intensity, at a distance of 1.
+    Point { position: DVec3, intensity: Rgb },
+    /// Parallel rays.
+    Sun { direction: DVec3, irradiance: Rgb },
+    /// A cone.
+    Spot {
+        position: DVec3,
+        axis: DVec3,
+        intensity: Rgb,
+        radius_deg: f64,
+        falloff_deg: f64,
+    },
+}
+
+/// All emitters of a scene; none is black.
+pub(crate) fn emitters(scene: &Scene) -> Result<Vec<Emitter>, AdapterError> {
+    let mut all = Vec::new();
+    for light in &scene.lights {
+        if light.colour.0.iter().any(|c| *c > 0.0) {
+            add(&mut all, light, scene.camera.eye)?;
+        }
+    }
+    Ok(all)
+}
+
+fn add(all: &mut Vec<Emitter>, light: &Light, eye: DVec3) -> Result<(), AdapterError> {
+    let full_at = full_distance(light)?;
+    let times = |by: f64| Rgb(light.colour.0.map(|c| c * PI * by));
+    let intensity = times(full_at * full_at);
+    let position = light.position - eye;
+    match light.kind {
+        LightKind::Point => all.push(Emitter::Point {
+            position,
+            intensity,
+        }),
+        LightKind::Sun { towards } => {
+            if let Some(direction) = (towards - light.position).try_normalize() {
+                all.push(Emitter::Sun {
+                    direction,
+                    irradiance: times(1.0),
+                });
+            }
+        }
+        LightKind::Spot {
+            towards,
+            radius_deg,
+            falloff_deg,
+            ..
+        } => {
+            if let Some(axis) = (towards - light.position).try_normalize() {
+                all.push(Emitter::Spot {
+                    position,
+                    axis,
+                    intensity,
+                    radius_deg,
+                    falloff_deg,
+                });
+            }
+        }
+        LightKind::Area { u, v, nu, nv } => {
+            for (j, q) in samples(nv) {
+                for (i, p) in samples(nu) {
+                    all.push(Emitter::Point {
+                        position: position + u * i + v * j,
+                        intensity: times(full_at * full_at * p * q),
+                    });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where a light has its full colour.
+fn full_distance(light: &Light) -> Result<f64, AdapterError> {
+    let fade = light.fade.filter(|f| f.power > 0.0 && f.distance > 0.0);
+    match (light.kind, fade) {
+        (LightKind::Sun { .. }, None) => Ok(1.0),
+        (LightKind::Sun { .. }, Some(_)) => Err(unsupported("parallel light that fades")),
+        (_, Some(fade)) if fade.power != 2.0 => Err(unsupported(&format!(
+            "a light that fades by the power of {}: Mitsuba's fade by the square",
+            fade.power
+        ))),
+        (_, Some(fade)) => Ok(fade.distance),
+        (_, None) => {
+            let distance = light.position.length();
+            Ok(if distance > 0.0 { distance } else { 1.0 })
+        }
+    }
+}
+
+/// Where `n` samples are on a side, from edge to edge (−½ to ½; a single one is
+/// in the middle), and the weight of each. The weights are POV-Ray's, in whose
+/// terms films describe lights: it halves the side until two samples are next
+/// to each other and takes the mean of every pair.
+fn samples(n: u32) -> Vec<(f64, f64)> {
+    fn halve(first: usize, last: usize, weight: f64, samples: &mut [(f64, f64)]) {
+        if last - first <= 1 {
+            samples[first].1 += 0.5 * weight;
+            samples[last].1 += 0.5 * weight;
+        } else {
+            let sum = first + last;
+            halve(first, sum / 2, 0.5 * weight, samples);
+            halve(sum.div_ceil(2), last, 0.5 * weight, samples);
+        }
+    }
+    if n <= 1 {
+        return vec![(0.0, 1.0)];
+    }
+    let at = |k: u32| f64::from(k) / f64::from(n - 1) - 0.5;
+    let mut samples: Vec<(f64, f64)> = (0..n).map(|k| (at(k), 0.0)).collect();
+    halve(0, samples.len() - 1, 1.0, &mut samples);
+    samples
+}
+
+impl Emitter {
+    /// Its element. `share`: what the reflectances are divided by.
+    pub fn text(&self, units: Units, share: f64) -> String {
+        let scale = units.scale;
+        // The fall-off is by written lengths.
+        let power = |c: &Rgb| rgb("intensity", c.0.map(|c| c * share * scale * scale));
+        match self {
+            Self::Point {
+                position,
+                intensity,
+            } => format!(
+                "<emitter type=\"point\">{}{}</emitter>",
+                point("position", *position * scale),
+                power(intensity)
+            ),
+            Self::Sun {
+                direction,
+                irradiance,
+            } => format!(
+                "<emitter type=\"directional\">{}{}</emitter>",
+                vector("direction", *direction),
+                rgb("irradiance", irradiance.0.map(|c| c * share))
+            ),
+            Self::Spot {
+                position,
+                axis,
+                intensity,
+                radius_deg,
+                falloff_deg,
+            } => {
+                let (u, v) = axis.any_orthonormal_pair();
+                let falloff = falloff_deg.clamp(1e-3, 179.0);
+                // Mitsuba divides by their difference.
+                let radius = radius_deg.clamp(0.0, falloff * (1.0 - 1e-4));
+                format!(
+                    "<emitter type=\"spot\"><transform name=\"to_world\">{}</transform>{}\
+                     <float name=\"cutoff_angle\" value=\"{}\"/>\
+                     <float name=\"beam_width\" value=\"{}\"/></emitter>",
+                    matrix([u, v, *axis], *position * scale),
+                    power(intensity),
+                    number(falloff),
+                    number(radius)
+                )
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_samples_share_the_whole_light() {
+        for n in 1..20 {
+            let sum: f64 = samples(n).iter().map(|s| s.1).sum();
+            assert!((sum - 1.0).abs() < 1e-12, "{n}");
+        }
+        assert_eq!(samples(3), [(-0.5, 0.25), (0.0, 0.5), (0.5, 0.25)]);
+    }
+}
