@@ -43,6 +43,7 @@ use decor_api::{AdapterError, PictureFormat};
 use crate::PovRay;
 
 pub use call::Part;
+pub(crate) use call::More;
 pub use depend::Order;
 pub use frames::Frames;
 
@@ -238,6 +239,31 @@ impl PlainScene {
         format!("{}{}.{}", self.stem, self.frames.suffix(frame), self.ending)
     }
 
+    /// The number that an option was set to, if it was.
+    pub(crate) fn number(&self, option: &str) -> Option<f32> {
+        self.settings.real(option)
+    }
+
+    /// Was an option turned on?
+    pub(crate) fn is_on(&self, option: &str) -> bool {
+        self.settings.is_on(option)
+    }
+
+    /// The words of the command line.
+    pub(crate) fn command(&self) -> &[String] {
+        &self.command
+    }
+
+    /// The options as they were read.
+    pub(crate) fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// A file as POV-Ray looks for it, tried with the endings too.
+    pub(crate) fn find(&self, name: &str, endings: &[&str]) -> Option<PathBuf> {
+        depend::find(&self.folder, &self.settings.library, name, endings)
+    }
+
     /// What POV-Ray was told, in words: for people.
     pub fn found(&self) -> Vec<String> {
         let text = |value: &settings::Value| match value {
@@ -293,7 +319,7 @@ fn refusal(settings: &Settings) -> Option<String> {
 }
 
 /// In quotes, for POV-Ray.
-fn quoted(text: &str) -> Option<String> {
+pub(crate) fn quoted(text: &str) -> Option<String> {
     let quote = ['"', '\'']
         .into_iter()
         .find(|quote| !text.contains(*quote))?;

@@ -1,13 +1,27 @@
-//! What analysing a scene's text gives.
+//! What of a scene depends on the clock: its statements, and why frames have to
+//! be rendered whole.
 
 use std::ops::Range;
 
+use super::instrument;
+use super::outline::Outline;
+use super::placing::Placing;
+use super::refuse;
 use super::source::{Edit, Sources};
+use super::taint::Taint;
+use super::values::{is_global, is_object};
+use crate::plain::{Order, PlainScene};
+
+/// The words that differ from frame to frame. (`now` does too, but not only.)
+const CLOCK: &[&str] = &["clock", "frame_number"];
+
+/// Words by which a surface mirrors or bends rays.
+const BENDING: &[&str] = &["reflection", "refraction", "ior", "dispersion", "irid"];
 
 /// What kind of statement it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// An object, by its keyword: `sphere`, `union`.
+    /// An object, by its keyword: `sphere`, `union`; or by its name.
     Object(String),
     /// A light.
     Light,
@@ -60,15 +74,28 @@ impl std::fmt::Display for Refusal {
 /// What is known besides the text.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Names that the INI file declares (`Declare=name=value`).
-    pub declared: Vec<String>,
+    /// Why frames are rendered whole whatever the text says: they read what
+    /// others write…
+    pub refused: Vec<String>,
+}
+
+impl Options {
+    /// What a scene's options say.
+    pub fn of(scene: &PlainScene) -> Self {
+        let refused = match &scene.order {
+            Order::Free => Vec::new(),
+            Order::Chained(reason) | Order::OwnPictures(reason) => vec![reason.clone()],
+        };
+        Self { refused }
+    }
 }
 
 /// What a scene's text says of its motion.
 #[derive(Clone, Debug, Default)]
 pub struct Analysis {
     /// The statements of the scene: objects, lights, cameras; those that move
-    /// ([`Statement::moves`]) are objects. Empty where `whole` is not.
+    /// ([`Statement::moves`]) are objects. Where `whole` is not empty they are
+    /// for people only.
     pub statements: Vec<Statement>,
     /// Why all frames are rendered whole; empty: they need not be.
     pub whole: Vec<Refusal>,
@@ -77,7 +104,12 @@ pub struct Analysis {
     pub proxies_only: Vec<Refusal>,
     /// How added names begin, which the scene has nowhere: `decor0_`.
     pub prefix: String,
-    hiding: Vec<Edit>,
+    /// Edits by which what moves goes.
+    pub(super) hiding: Vec<Edit>,
+    /// Edits by which what is there says where.
+    pub(super) measuring: Vec<Edit>,
+    /// Where definitions can stand before everything else.
+    pub(super) start: (usize, usize),
 }
 
 impl Analysis {
@@ -96,18 +128,76 @@ impl Analysis {
 }
 
 /// Analyses the text of a scene.
-pub fn analyse(sources: &Sources, _options: &Options) -> Analysis {
-    let whole = Refusal {
-        file: sources
-            .files
-            .first()
-            .map(|f| f.name.clone())
-            .unwrap_or_default(),
+pub fn analyse(sources: &Sources, options: &Options) -> Analysis {
+    let outline = Outline::of(sources);
+    let option = |reason: &String| Refusal {
+        file: String::new(),
         line: 0,
-        reason: "scenes are not analysed yet".into(),
+        reason: reason.clone(),
     };
+    let mut whole: Vec<Refusal> = options.refused.iter().map(option).collect();
+    if !outline.faults.is_empty() {
+        let faults = outline.faults.iter();
+        whole.extend(faults.map(|(file, at, why)| refuse::at(sources, *file, *at, *why)));
+        return Analysis {
+            whole,
+            prefix: sources.prefix.clone(),
+            ..Analysis::default()
+        };
+    }
+    let placing = Placing::of(&outline, sources);
+    let clock = Taint::of(&outline, sources, &placing.used, CLOCK, true);
+    let bending = Taint::of(&outline, sources, &placing.used, BENDING, false);
+    // A default texture that bends is everybody's.
+    let all_bend = outline.settings.iter().any(|raw| placing.used[raw.unit] && bending.concerns(raw));
+
+    let mut statements = Vec::new();
+    let mut raws = Vec::new();
+    for raw in &placing.live {
+        let kind = match raw.keyword {
+            "light_source" => Kind::Light,
+            "camera" => Kind::Camera,
+            word if is_global(word) && !is_object(word) => continue,
+            word => Kind::Object(word.to_owned()),
+        };
+        let file = outline.units[raw.unit].file;
+        let range = outline.bytes(raw);
+        let why = clock.why(raw);
+        statements.push(Statement {
+            file,
+            line: sources.line(file, range.start),
+            range,
+            moves: why.is_some() && matches!(kind, Kind::Object(_)),
+            why: why.unwrap_or_default(),
+            bends: all_bend || bending.concerns(raw),
+            repeated: raw.unit != 0 || outline.governing(raw.control).any(|c| c.loops),
+            kind,
+        });
+        raws.push(*raw);
+    }
+
+    let scene = refuse::Scene {
+        outline: &outline,
+        sources,
+        placing: &placing,
+        clock: &clock,
+        raws: &raws,
+        statements: &statements,
+    };
+    whole.extend(scene.whole());
+    whole.sort();
+    whole.dedup();
+    let mut proxies_only = scene.proxies_only();
+    proxies_only.sort();
+    proxies_only.dedup();
+    let edits = instrument::Edits::of(&scene);
     Analysis {
-        whole: vec![whole],
-        ..Analysis::default()
+        statements,
+        whole,
+        proxies_only,
+        prefix: sources.prefix.clone(),
+        hiding: edits.hiding,
+        measuring: edits.measuring,
+        start: edits.start,
     }
 }

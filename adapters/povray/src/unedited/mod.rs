@@ -5,17 +5,43 @@
 //!
 //! ```text
 //! PlainScene → Sources (source: the scene and its includes)
-//!            → Analysis (lex, outline, taint, refuse: statements that move)
+//!            → Analysis (lex, outline, placing, taint, refuse: what moves)
 //!            → Boxes (instrument, boxes: where POV-Ray says that they are)
+//! ```
+//!
+//! About the pixels:
+//!
+//! ```text
+//! Boxes → Geometry, Proxy (pixels that can be touched) → Blocks (dirty, by frame)
+//!       → Schedule (keys: who traces what for whom) → Finished, Traced (frames)
 //! ```
 //!
 //! The scene is never changed: copies of it are, by [`Edit`]s, and what cannot
 //! be understood for certain is a [`Refusal`]: all frames are rendered whole.
 
 mod analysis;
+mod blocks;
 mod boxes;
+mod frames;
+mod geometry;
+mod instrument;
+mod keys;
+mod lex;
+mod order;
+mod outline;
+mod placing;
+mod proxy;
+mod refuse;
 mod source;
+mod taint;
+mod values;
+mod view;
 
 pub use analysis::{Analysis, Kind, Options, Refusal, Statement, analyse};
+pub use blocks::{Blocks, Grid, Pixels, Sampling};
 pub use boxes::{Boxes, Extent, FrameBoxes, Placed, boxes};
+pub use frames::{Finished, Timing, Traced};
+pub use geometry::Geometry;
+pub use keys::{Schedule, schedule};
+pub use proxy::Proxy;
 pub use source::{Copy, Edit, SourceFile, Sources};
