@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use decor_api::process::ProcessCall;
 use decor_api::{
-    AdapterError, Layer, LayerRequest, NativeFile, Output, Region, RunContext, SceneText, Window,
+    AdapterError, Layer, LayerRequest, NativeFile, Output, Region, RunContext, SceneText, Size,
+    Window,
 };
 
 use crate::depth::{DepthCode, Precision};
 use crate::picture;
-use crate::scene_text::{Framing, MAIN, Numbering, in_crop, switches};
+use crate::scene_text::{Framing, MAIN, Numbering, in_crop, switches, window_of};
 use crate::state::{self, Wanted};
 
 /// What layers are read from.
@@ -178,7 +179,7 @@ impl LayerCall<'_> {
         }
         args.extend(self.output_switches());
         if self.source == LayerSource::StateFile {
-            self.prepare_states(&folder, numbering)?;
+            self.prepare_states(&folder, framing, numbering)?;
         }
 
         let call = ProcessCall {
@@ -252,20 +253,39 @@ impl LayerCall<'_> {
 
     /// The window of the picture that a shot's layer covers.
     fn window(&self, region: &Region) -> Window {
-        match region {
-            Region::Window(window) => *window,
-            Region::Blocks(ids) => ids
-                .iter()
-                .map(|&id| state::block_window(self.request.size, id))
-                .fold(Window::EMPTY, Window::union),
-        }
+        window_of(region, self.request.size)
     }
 
-    fn prepare_states(&self, folder: &Folder, numbering: Numbering) -> Result<(), AdapterError> {
+    /// The size of the picture that POV-Ray renders, and the numbers that the
+    /// blocks of a region have there; `None` for a window.
+    fn mask(&self, framing: Framing, region: &Region) -> Option<(Vec<u32>, Size)> {
+        let Region::Blocks(ids) = region else {
+            return None;
+        };
+        let size = self.request.size;
+        let Framing::Crop { padded, .. } = framing else {
+            return Some((ids.clone(), size));
+        };
+        let columns = |size: Size| size.width.div_ceil(state::BLOCK);
+        let around = self.window(region);
+        let (left, top) = (around.x / state::BLOCK, around.y / state::BLOCK);
+        let moved = ids.iter().map(|id| {
+            let (column, row) = (id % columns(size), id / columns(size));
+            (row - top) * columns(padded) + (column - left)
+        });
+        Some((moved.collect(), padded))
+    }
+
+    fn prepare_states(
+        &self,
+        folder: &Folder,
+        framing: Framing,
+        numbering: Numbering,
+    ) -> Result<(), AdapterError> {
         for (k, shot) in self.request.shots.iter().enumerate() {
-            let bytes = match &shot.region {
-                Region::Window(_) => state::empty(),
-                Region::Blocks(ids) => state::masked(self.request.size, ids),
+            let bytes = match self.mask(framing, &shot.region) {
+                None => state::empty(),
+                Some((ids, size)) => state::masked(size, &ids),
             };
             keep_state(folder, "layer", &numbering.suffix(k), &bytes)?;
         }
@@ -290,9 +310,10 @@ impl LayerCall<'_> {
         let colour = match self.source {
             LayerSource::StateFile => {
                 let (path, bytes) = take_state(folder, "layer", &suffix)?;
-                let wanted = match region {
-                    Region::Window(_) => Wanted::All,
-                    Region::Blocks(ids) => Wanted::Blocks(ids, self.request.size),
+                let mask = self.mask(framing, region);
+                let wanted = match &mask {
+                    None => Wanted::All,
+                    Some((ids, size)) => Wanted::Blocks(ids, *size),
                 };
                 state::pixels(&bytes, rendered, wanted).map_err(|error| bad(&path, &error))?
             }

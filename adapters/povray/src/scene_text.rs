@@ -16,6 +16,7 @@ use crate::light;
 use crate::number::colour;
 use crate::solid::{Looks, placed, solid};
 use crate::sources::Library;
+use crate::state;
 
 /// The name of the main file.
 pub const MAIN: &str = "scene.pov";
@@ -107,30 +108,44 @@ pub enum Framing {
 }
 
 impl Framing {
-    /// The framing for the windows of some shots. A window that begins at the
-    /// upper left and covers the picture needs no crop; blocks are masked in
-    /// the whole picture.
+    /// The framing for the regions of some shots. A window that begins at the
+    /// upper left and covers the picture needs no crop. Blocks are masked in the
+    /// whole picture, or in a crop around them where that is smaller by half:
+    /// POV-Ray holds and writes every pixel of a picture, traced or not.
     pub fn of(shots: &[LayerShot], size: Size) -> Self {
         let mut cut = Size {
             width: 1,
             height: 1,
         };
+        let mut masked = false;
         for shot in shots {
-            match &shot.region {
-                Region::Blocks(_) => return Self::Full,
-                Region::Window(window) => {
-                    cut.width = cut.width.max(window.width);
-                    cut.height = cut.height.max(window.height);
-                }
+            masked |= matches!(shot.region, Region::Blocks(_));
+            let window = window_of(&shot.region, size);
+            cut.width = cut.width.max(window.width);
+            cut.height = cut.height.max(window.height);
+        }
+        let padded = padded(cut.width, cut.height);
+        if masked && 2 * padded.pixels() <= size.pixels() {
+            Self::Crop {
+                padded,
+                cut: padded,
             }
+        } else if masked || cut == size {
+            Self::Full
+        } else {
+            Self::Crop { padded, cut }
         }
-        if cut == size {
-            return Self::Full;
-        }
-        Self::Crop {
-            padded: padded(cut.width, cut.height),
-            cut,
-        }
+    }
+}
+
+/// The window of the picture that a region's layer covers.
+pub fn window_of(region: &Region, size: Size) -> Window {
+    match region {
+        Region::Window(window) => *window,
+        Region::Blocks(ids) => ids
+            .iter()
+            .map(|&id| state::block_window(size, id))
+            .fold(Window::EMPTY, Window::union),
     }
 }
 
@@ -444,9 +459,9 @@ fn colour_pass(shadows: bool) -> Pass {
 
 fn camera(camera: &Camera, size: Size, framing: Framing, region: &Region) -> String {
     let raster = Raster::new(camera, size);
-    match (framing, region) {
-        (Framing::Crop { padded, .. }, Region::Window(window)) => raster.crop(*window, padded),
-        _ => raster.full(),
+    match framing {
+        Framing::Crop { padded, .. } => raster.crop(window_of(region, size), padded),
+        Framing::Full => raster.full(),
     }
 }
 

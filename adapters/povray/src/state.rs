@@ -112,6 +112,30 @@ pub struct Block<'a> {
     pub window: Window,
     /// Five big-endian numbers a pixel, row by row.
     pixels: &'a [u8],
+    /// The record as it stands in the file.
+    record: &'a [u8],
+}
+
+impl<'a> Block<'a> {
+    /// Its record, for another file ([`with_records`]).
+    pub fn record(&self) -> &'a [u8] {
+        self.record
+    }
+
+    /// Its pixels row by row: red, green, blue, filter, transmit.
+    pub fn numbers(&self) -> impl Iterator<Item = [f32; CHANNELS]> + use<'a> {
+        self.pixels.chunks_exact(4 * CHANNELS).map(numbers)
+    }
+}
+
+/// A state file that holds these records ([`Block::record`]), those of the
+/// blocks that are done. Ascending by block, each once.
+pub fn with_records<'a>(records: impl IntoIterator<Item = &'a [u8]>) -> Vec<u8> {
+    let mut file = empty();
+    for record in records {
+        file.extend_from_slice(record);
+    }
+    file
 }
 
 /// All whole blocks of a state file, in the order in which they were finished.
@@ -135,7 +159,8 @@ pub fn blocks(file: &[u8]) -> Result<Vec<Block<'_>>, StateError> {
         let Some(record) = body.checked_add(size).and_then(|end| file.get(body..end)) else {
             break;
         };
-        if let Some(block) = block(record).ok_or(StateError::Record(at))? {
+        if let Some(mut block) = block(record).ok_or(StateError::Record(at))? {
+            block.record = &file[at..body + size];
             found.push(block);
         }
         at = body + size;
@@ -183,7 +208,12 @@ fn block(record: &[u8]) -> Option<Option<Block<'_>>> {
     if window.pixels().checked_mul(4 * CHANNELS)? != pixels.len() {
         return None;
     }
-    Some(Some(Block { id, window, pixels }))
+    Some(Some(Block {
+        id,
+        window,
+        pixels,
+        record: &[],
+    }))
 }
 
 fn be_u32(bytes: &[u8], at: usize) -> Option<u32> {
@@ -249,7 +279,10 @@ pub fn pixels(
     }
     let expected = match wanted {
         Wanted::All => window.pixels(),
-        Wanted::Blocks(ids, size) => ids.iter().map(|&id| block_window(size, id).pixels()).sum(),
+        Wanted::Blocks(ids, size) => ids
+            .iter()
+            .map(|&id| block_window(size, id).intersection(window).pixels())
+            .sum(),
     };
     if covered < expected {
         return Err(StateError::Incomplete {
@@ -262,11 +295,15 @@ pub fn pixels(
 
 /// POV-Ray keeps what passes through, not what is covered.
 fn pixel(bytes: &[u8]) -> [f32; 4] {
-    let channel = |k: usize| {
+    let [red, green, blue, _, transmit] = numbers(bytes);
+    [red, green, blue, 1.0 - transmit]
+}
+
+fn numbers(bytes: &[u8]) -> [f32; CHANNELS] {
+    std::array::from_fn(|k| {
         let at = 4 * k;
         f32::from_be_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
-    };
-    [channel(0), channel(1), channel(2), 1.0 - channel(4)]
+    })
 }
 
 #[cfg(test)]

@@ -403,13 +403,15 @@ impl Seen {
     /// Blocks of them.
     pub fn blocks(&self, windows: &[Window]) -> Picture {
         let around = windows.iter().copied().fold(Window::EMPTY, Window::union);
+        // A crop around them, where that is smaller by half.
+        let (crop, whole) = (self.canvas(around), self.size.pixels() as f64);
         Picture {
             pass: Pass::Blocks,
             pixels: windows.iter().map(|w| w.pixels() as f64).sum(),
             covered: windows.iter().map(|&w| self.coverage.of(w)).sum(),
             window: (around.width, around.height),
             masked: true,
-            canvas: self.size.pixels() as f64,
+            canvas: if 2.0 * crop <= whole { crop } else { whole },
             parsed: self.parsed,
         }
     }
