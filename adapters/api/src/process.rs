@@ -15,6 +15,9 @@ mod ending;
 /// How much of a program's output is kept for the message when it fails.
 const TAIL_BYTES: usize = 4096;
 
+/// How much of what a program answers on stdout is read. More is no answer.
+pub const ANSWER_BYTES: usize = 1 << 20;
+
 /// Finds a program: by the environment variable `variable` where it is set,
 /// else by `name` on the path.
 ///
@@ -61,14 +64,37 @@ impl ProcessCall<'_> {
     /// [`AdapterError::Start`], [`AdapterError::TimedOut`],
     /// [`AdapterError::Cancelled`].
     pub fn run(&self, run: &RunContext) -> Result<Ended, AdapterError> {
+        Ok(self.supervised(None, run)?.0)
+    }
+
+    /// Runs the program with `question` on its stdin; what it wrote on stdout by
+    /// its good end, up to one byte more than [`ANSWER_BYTES`].
+    ///
+    /// # Errors
+    /// As [`run_well`](Self::run_well).
+    pub fn ask(&self, question: Vec<u8>, run: &RunContext) -> Result<Vec<u8>, AdapterError> {
+        let (ended, answer) = self.supervised(Some(question), run)?;
+        self.well(ended)?;
+        Ok(answer)
+    }
+
+    fn supervised(
+        &self,
+        question: Option<Vec<u8>>,
+        run: &RunContext,
+    ) -> Result<(Ended, Vec<u8>), AdapterError> {
         let name = self.program_name();
         tracing::debug!(program = %name, args = ?self.args, folder = %self.folder.display());
+        let talk = || match question {
+            Some(_) => Stdio::piped(),
+            None => Stdio::null(),
+        };
         let mut command = Command::new(self.program);
         command
             .args(&self.args)
             .current_dir(self.folder)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
+            .stdin(talk())
+            .stdout(talk())
             .stderr(Stdio::piped());
         let mut wrapped = CommandWrap::from(command);
         wrapped.wrap(ProcessGroup::leader());
@@ -78,6 +104,15 @@ impl ProcessCall<'_> {
         })?;
         let pipe = child.stderr().take();
         let reader = thread::spawn(move || pipe.map(drain).unwrap_or_default());
+        let pipe = child.stdout().take();
+        let listener = pipe.map(|pipe| thread::spawn(move || head(pipe)));
+        let pipe = child.stdin().take();
+        let teller = pipe.zip(question).map(|(mut pipe, question)| {
+            thread::spawn(move || {
+                // A program may end without reading: how it ended says more.
+                let _ = pipe.write_all(&question);
+            })
+        });
 
         let waiting = Waiting::begin(&*child);
         let ending = waiting.ending(&mut *child, run.timeout, || run.is_cancelled());
@@ -91,6 +126,9 @@ impl ProcessCall<'_> {
         waiting.end();
         let status = child.wait();
         let text = reader.join().unwrap_or_default();
+        let answer = listener.and_then(|thread| thread.join().ok());
+        let answer = answer.unwrap_or_default();
+        let _ = teller.map(thread::JoinHandle::join);
         if let Some(log) = &self.log {
             let written = std::fs::File::create(log).and_then(|mut file| file.write_all(&text));
             written.map_err(AdapterError::io(log))?;
@@ -104,10 +142,10 @@ impl ProcessCall<'_> {
                 stderr: tail(&text),
             }),
             Ok((Ending::Stopped, _)) => Err(AdapterError::Cancelled),
-            Ok((Ending::Ended(_), status)) => Ok(Ended {
-                status,
-                stderr: String::from_utf8_lossy(&text).into_owned(),
-            }),
+            Ok((Ending::Ended(_), status)) => {
+                let stderr = String::from_utf8_lossy(&text).into_owned();
+                Ok((Ended { status, stderr }, answer))
+            }
             Err(source) => Err(AdapterError::Start {
                 program: name,
                 source,
@@ -120,7 +158,10 @@ impl ProcessCall<'_> {
     /// # Errors
     /// As [`run`](Self::run), and [`AdapterError::Failed`].
     pub fn run_well(&self, run: &RunContext) -> Result<Ended, AdapterError> {
-        let ended = self.run(run)?;
+        self.well(self.run(run)?)
+    }
+
+    fn well(&self, ended: Ended) -> Result<Ended, AdapterError> {
         if ended.status.success() {
             return Ok(ended);
         }
@@ -153,6 +194,16 @@ fn drain(mut pipe: impl Read) -> Vec<u8> {
             kept.drain(..kept.len() - KEPT);
         }
     }
+    kept
+}
+
+/// Reads to the end, and keeps the beginning.
+fn head(mut pipe: impl Read) -> Vec<u8> {
+    let mut kept = Vec::new();
+    let limit = ANSWER_BYTES as u64 + 1;
+    // What was read before an error is what there is.
+    let _ = pipe.by_ref().take(limit).read_to_end(&mut kept);
+    let _ = std::io::copy(&mut pipe, &mut std::io::sink());
     kept
 }
 
@@ -277,6 +328,19 @@ mod tests {
         );
         let pid = std::fs::read_to_string(folder.path().join("child")).unwrap();
         assert!(is_gone(&pid), "process {pid} is still there");
+    }
+
+    #[test]
+    fn a_question_is_answered_however_long_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunContext::new(folder.path());
+        let long = vec![b'x'; 3 * ANSWER_BYTES];
+        let answer = |script| shell(script, folder.path()).ask(long.clone(), &run);
+        assert_eq!(answer("wc -c").unwrap().trim_ascii(), b"3145728");
+        assert_eq!(answer("cat").unwrap().len(), ANSWER_BYTES + 1);
+        assert_eq!(answer("echo unread").unwrap(), b"unread\n");
+        let error = answer("cat; exit 2").unwrap_err().to_string();
+        assert!(error.contains("exit status: 2"), "{error}");
     }
 
     #[test]
