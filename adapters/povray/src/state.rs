@@ -122,6 +122,11 @@ impl<'a> Block<'a> {
         self.record
     }
 
+    /// Does it show the very same as another one?
+    pub fn is_same(&self, other: &Block<'_>) -> bool {
+        self.window == other.window && self.pixels == other.pixels
+    }
+
     /// Its pixels row by row: red, green, blue, filter, transmit.
     pub fn numbers(&self) -> impl Iterator<Item = [f32; CHANNELS]> + use<'a> {
         self.pixels.chunks_exact(4 * CHANNELS).map(numbers)

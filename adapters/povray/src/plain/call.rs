@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use decor_api::process::ProcessCall;
 use decor_api::{AdapterError, RunContext};
@@ -34,6 +35,29 @@ pub struct Part {
     pub threads: Option<usize>,
 }
 
+/// What a call does besides.
+#[derive(Default)]
+pub(crate) struct More<'a> {
+    /// Switches behind all others.
+    pub switches: Vec<String>,
+    /// The state file of a frame: its blocks are taken over, and all that are
+    /// there in the end are given back.
+    pub state: Option<&'a (dyn Fn(u32) -> Vec<u8> + Sync)>,
+}
+
+/// What a call gives.
+pub(crate) struct Called {
+    /// The frames' files, in order.
+    pub pictures: Vec<(u32, PathBuf)>,
+    /// Their state files, where there were any.
+    pub states: Vec<(u32, PathBuf)>,
+    /// What POV-Ray said.
+    pub said: String,
+}
+
+/// So many calls were made: each has a folder of its own.
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
 impl PlainScene {
     /// Renders a part, and gives its frames' files, in order. They lie in a
     /// folder of their own below `run.work`, or where POV-Ray puts them
@@ -47,13 +71,47 @@ impl PlainScene {
         run: &RunContext,
     ) -> Result<Vec<(u32, PathBuf)>, AdapterError> {
         let label = format!("part-{:05}-{:05}", part.first, part.last);
-        let work = run.work.join(label);
+        let called = self.call(part, &label, &More::default(), run)?;
+        Ok(called.pictures)
+    }
+
+    /// One call of POV-Ray, in a folder named after `label`.
+    pub(crate) fn call(
+        &self,
+        part: Part,
+        label: &str,
+        more: &More<'_>,
+        run: &RunContext,
+    ) -> Result<Called, AdapterError> {
+        let work = match more.state {
+            None => run.work.join(label),
+            Some(_) => {
+                let number = CALLS.fetch_add(1, Ordering::Relaxed);
+                run.work.join(format!("{label}-{number:05}"))
+            }
+        };
         std::fs::create_dir_all(&work).map_err(AdapterError::io(&work))?;
-        let count = (part.last - part.first) / self.frames.step + 1;
+        let numbers = || (part.first..=part.last).step_by(self.frames.step as usize);
+        let mut states = Vec::new();
+        if let Some(state) = more.state {
+            for n in numbers() {
+                // POV-Ray removes the one, and what it wrote stays in the other.
+                let own = work.join(format!("{NAME}{}.pov-state", self.frames.suffix(n)));
+                let kept = work.join(format!("{NAME}{}.blocks", self.frames.suffix(n)));
+                std::fs::write(&own, state(n)).map_err(AdapterError::io(&own))?;
+                std::fs::hard_link(&own, &kept).map_err(AdapterError::io(&kept))?;
+                states.push((n, kept));
+            }
+        }
         let ini = work.join("options.ini");
+        let mut args = self.arguments(part, &work, &ini)?;
+        args.extend(more.switches.iter().cloned());
+        if more.state.is_some() {
+            args.push("+C".into());
+        }
         let call = ProcessCall {
             program: &self.program,
-            args: self.arguments(part, &work, &ini)?,
+            args,
             folder: &self.folder,
             doing: match part {
                 _ if self.frames.digits.is_none() => "the picture".into(),
@@ -62,20 +120,22 @@ impl PlainScene {
             },
             log: run.keep.then(|| work.join("povray.log")),
         };
-        run.tally.add_call(count as usize);
-        call.run_well(run)?;
+        run.tally.add_call(numbers().count());
+        let ended = call.run_well(run)?;
         self.check_options(&ini)?;
         let folder = self.pictures(&work);
         let stem = if folder == work { NAME } else { &self.stem };
-        let frames = (part.first..=part.last).step_by(self.frames.step as usize);
-        frames
-            .map(|n| {
-                let file = format!("{stem}{}.{}", self.frames.suffix(n), self.ending);
-                let path = folder.join(file);
-                self.check_picture(&path)?;
-                Ok((n, path))
-            })
-            .collect()
+        let pictures = numbers().map(|n| {
+            let file = format!("{stem}{}.{}", self.frames.suffix(n), self.ending);
+            let path = folder.join(file);
+            self.check_picture(&path)?;
+            Ok((n, path))
+        });
+        Ok(Called {
+            pictures: pictures.collect::<Result<_, AdapterError>>()?,
+            states,
+            said: ended.stderr,
+        })
     }
 
     /// Do pictures stay where they were written?

@@ -42,8 +42,8 @@ use decor_api::{AdapterError, PictureFormat};
 
 use crate::PovRay;
 
-pub use call::Part;
 pub(crate) use call::More;
+pub use call::Part;
 pub use depend::Order;
 pub use frames::Frames;
 

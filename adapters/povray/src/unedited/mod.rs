@@ -22,6 +22,8 @@
 mod analysis;
 mod blocks;
 mod boxes;
+#[cfg(test)]
+mod cases;
 mod frames;
 mod geometry;
 mod instrument;
@@ -40,7 +42,7 @@ mod view;
 pub use analysis::{Analysis, Kind, Options, Refusal, Statement, analyse};
 pub use blocks::{Blocks, Grid, Pixels, Sampling};
 pub use boxes::{Boxes, Extent, FrameBoxes, Placed, boxes};
-pub use frames::{Finished, Timing, Traced};
+pub use frames::{Finished, Timing, Traced, differing};
 pub use geometry::Geometry;
 pub use keys::{Schedule, schedule};
 pub use proxy::Proxy;
