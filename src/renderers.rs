@@ -15,11 +15,16 @@ pub struct Entry {
 }
 
 /// All adapters; the first one is the default.
-pub const ADAPTERS: [Entry; 2] = [
+pub const ADAPTERS: [Entry; 3] = [
     Entry {
         name: "povray",
         find: || Ok(Arc::new(decor_povray::PovRay::find()?)),
         install: decor_povray::INSTALL,
+    },
+    Entry {
+        name: "mitsuba",
+        find: || Ok(Arc::new(decor_mitsuba::Mitsuba::find()?)),
+        install: decor_mitsuba::INSTALL,
     },
     Entry {
         name: "reference",

@@ -30,6 +30,7 @@ mod call;
 mod camera;
 mod cut;
 mod geometry;
+mod health;
 mod light;
 mod look;
 mod picture;
@@ -299,13 +300,8 @@ impl Adapter for Mitsuba {
         encode::step(linear, max)
     }
 
-    fn health(&self, _run: &RunContext) -> Health {
-        Health {
-            program: Some(self.program.clone()),
-            version: Some(self.abilities.version.clone()),
-            checks: Vec::new(),
-            install: INSTALL.to_owned(),
-        }
+    fn health(&self, run: &RunContext) -> Health {
+        health::check(self, run)
     }
 }
 

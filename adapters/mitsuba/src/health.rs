@@ -1,0 +1,183 @@
+//! Is Mitsuba there, and does it do what decor relies on?
+
+use std::sync::Arc;
+
+use decor_api::{
+    Adapter, AdapterError, Camera, Csg, Geometry, Health, Instance, LayerRequest, LayerShot, Light,
+    LightKind, Optics, Output, Pose, Prototype, PrototypeTable, Region, Rgb, RunContext, Scene,
+    Size,
+};
+use glam::DVec3;
+
+use crate::{INSTALL, Mitsuba};
+
+const SIZE: Size = Size {
+    width: 64,
+    height: 48,
+};
+
+/// Renders a ball over a floor in tiny pictures, and looks at them.
+pub(crate) fn check(adapter: &Mitsuba, run: &RunContext) -> Health {
+    let said = |name: &str, result: Result<String, AdapterError>| {
+        (name.to_owned(), result.map_err(|e| e.to_string()))
+    };
+    Health {
+        program: Some(adapter.program().to_owned()),
+        version: Some(adapter.abilities().version.clone()),
+        checks: vec![
+            said("depth", depth(adapter, run)),
+            said("shadows", shadows(adapter, run)),
+            said("blocks behind a mask", blocks(adapter, run)),
+        ],
+        install: INSTALL.to_owned(),
+    }
+}
+
+fn depth(adapter: &Mitsuba, run: &RunContext) -> Result<String, AdapterError> {
+    let whole = Region::Window(SIZE.window());
+    let depths = draw(adapter, run, Output::Depth, whole, true)?.depth;
+    let depths = depths.unwrap_or_default();
+    // Half a pixel beside the axis, the ray meets the ball of radius 1 at 5 at
+    // 5·cos θ − √(1 − 25·sin² θ).
+    let direction = camera()?.direction(SIZE, 32.5, 24.5);
+    let cosine = direction.z / direction.length();
+    let expected = 5.0 * cosine - (1.0 - 25.0 * (1.0 - cosine * cosine)).sqrt();
+    let found = depths.get(24 * 64 + 32).copied().unwrap_or(f64::NAN);
+    let off = (found - expected).abs();
+    // A comparison that is not a number's is not true.
+    if off < 1e-5 && depths.first() == Some(&f64::INFINITY) {
+        Ok(format!("right to {:.0e}", off.max(1e-9)))
+    } else {
+        Err(wrong(&format!(
+            "a surface at {expected} was measured at {found}"
+        )))
+    }
+}
+
+/// The sun stands behind the ball: the floor before it is in its shadow.
+fn shadows(adapter: &Mitsuba, run: &RunContext) -> Result<String, AdapterError> {
+    let red_under_the_ball = |shadows: bool| {
+        let whole = Region::Window(SIZE.window());
+        let layer = draw(adapter, run, Output::ColourOverBackground, whole, shadows)?;
+        let colours = layer.colour.unwrap_or_default();
+        Ok(colours.get(44 * 64 + 32).map_or(0.0, |c| c[0]))
+    };
+    let (dark, lit) = (red_under_the_ball(true)?, red_under_the_ball(false)?);
+    if dark > 0.01 {
+        return Err(wrong("what is in a ball's shadow is lit"));
+    }
+    if lit < 0.1 {
+        return Err(wrong("what is lit without shadows is dark"));
+    }
+    Ok("cast where they are asked for, and nowhere else".to_owned())
+}
+
+fn blocks(adapter: &Mitsuba, run: &RunContext) -> Result<String, AdapterError> {
+    let colour = Output::ColourOverBackground;
+    let whole = draw(adapter, run, colour, Region::Window(SIZE.window()), true)?;
+    let part = draw(adapter, run, colour, Region::Blocks(vec![1]), true)?;
+    let (Some(of_whole), Some(of_part)) = (&whole.colour, &part.colour) else {
+        return Err(wrong("no colours were read"));
+    };
+    for y in part.window.y..part.window.bottom() {
+        for x in part.window.x..part.window.right() {
+            if of_part[part.index(x, y)] != of_whole[whole.index(x, y)] {
+                return Err(wrong(
+                    "a block alone differs from the same block of a whole picture",
+                ));
+            }
+        }
+    }
+    Ok("a block alone is identical to the whole picture's".to_owned())
+}
+
+fn wrong(reason: &str) -> AdapterError {
+    AdapterError::BadOutput {
+        program: "mitsuba".to_owned(),
+        file: "a test picture".into(),
+        reason: reason.to_owned(),
+    }
+}
+
+fn camera() -> Result<Camera, AdapterError> {
+    // Squares: tan 22.5° is 3/4 of the other half's.
+    let half = (0.75 * 30.0_f64.to_radians().tan()).atan().to_degrees();
+    Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (60.0, 2.0 * half))
+        .map_err(|e| crate::unsupported(&e.to_string()))
+}
+
+fn draw(
+    adapter: &Mitsuba,
+    run: &RunContext,
+    output: Output,
+    region: Region,
+    shadows: bool,
+) -> Result<decor_api::Layer, AdapterError> {
+    let mut prototypes = PrototypeTable::default();
+    let mut put = |name: &str, solid: Csg, position: DVec3| Instance {
+        prototype: prototypes.insert(Prototype {
+            path: name.into(),
+            hash: format!("health: {name}"),
+            bounds: solid.bounds(),
+            geometry: Geometry::Neutral(solid),
+            extent: None,
+            optics: Optics::Opaque,
+            unlayerable: None,
+        }),
+        pose: Pose {
+            position,
+            angles_deg: DVec3::ZERO,
+        },
+    };
+    let look = |node: Csg| {
+        let material = decor_api::Material {
+            ambient: 0.0,
+            ..decor_api::Material::default()
+        };
+        Csg::Look(material, Box::new(node))
+    };
+    let ball = look(Csg::Sphere {
+        centre: DVec3::ZERO,
+        radius: 1.0,
+    });
+    let floor = look(Csg::Plane {
+        normal: DVec3::Y,
+        distance: 0.0,
+    });
+    let instances = vec![
+        put("ball", ball, DVec3::Z * 5.0),
+        put("floor", floor, DVec3::Y * -1.6),
+    ];
+    let scene = Scene {
+        camera: camera()?,
+        lights: vec![Light {
+            position: DVec3::new(0.0, 2.0, 6.0),
+            colour: Rgb([1.0; 3]),
+            kind: LightKind::Sun {
+                towards: DVec3::new(0.0, -1.6, 4.0),
+            },
+            fade: None,
+        }],
+        shadows,
+        background: Rgb::default(),
+        includes: Vec::new(),
+        sky: None,
+        instances,
+        hidden: Vec::new(),
+    };
+    let request = LayerRequest {
+        prototypes: &prototypes,
+        size: SIZE,
+        output,
+        antialias: None,
+        shots: vec![LayerShot {
+            frame: 0,
+            scene: Arc::new(scene),
+            region,
+        }],
+        film: None,
+        label: "health".to_owned(),
+    };
+    let mut layers = adapter.render(&request, run)?;
+    layers.pop().ok_or_else(|| wrong("no layer came back"))
+}
