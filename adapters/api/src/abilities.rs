@@ -25,8 +25,10 @@ pub struct Abilities {
     pub depth: DepthKind,
     /// Where in the pixel a ray without antialiasing goes: (½, ½) is the centre.
     pub sample_position: (f64, f64),
-    /// A window whose origin is a multiple of this number of pixels has the
-    /// full frame's very values. `None`: windows are never identical.
+    /// A window whose edges are at multiples of this number of pixels, or the
+    /// picture's own, has the full frame's very values
+    /// ([`Window::on_grid`](crate::Window::on_grid) makes such windows). `None`:
+    /// windows are never identical.
     pub crop_grid: Option<u32>,
     /// Can it render any set of blocks of the full picture in one call?
     pub block_mask: bool,

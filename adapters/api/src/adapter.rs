@@ -31,7 +31,7 @@ pub enum Output {
 /// Which part of a frame to render.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Region {
-    /// A rectangle. Its values are the full frame's own where its origin is on
+    /// A rectangle. Its values are the full frame's own where its edges are on
     /// the adapter's grid.
     Window(Window),
     /// Blocks of the adapter's grid, by number, row by row, ascending. The

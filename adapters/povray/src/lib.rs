@@ -40,8 +40,9 @@ use std::path::{Path, PathBuf};
 
 use decor_api::process::{ProcessCall, find_program};
 use decor_api::{
-    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Health, Layer,
-    LayerRequest, NativeFile, PictureFormat, RunContext, Said, SceneText, Surroundings,
+    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Geometry,
+    Health, Layer, LayerRequest, NativeFile, PictureFormat, PrototypeTable, RunContext, Said,
+    SceneText, Surroundings,
 };
 
 use crate::arrival::Arrival;
@@ -143,13 +144,39 @@ impl PovRay {
         })
     }
 
+    /// Text for other renderers is refused, not tried.
+    fn refuse_foreign<'f>(
+        &self,
+        fragments: impl IntoIterator<Item = &'f Fragment>,
+    ) -> Result<(), AdapterError> {
+        let known = |f: &&Fragment| self.abilities.fragments.contains(&&*f.language);
+        match fragments.into_iter().find(|f| !known(f)) {
+            None => Ok(()),
+            Some(fragment) => Err(AdapterError::Unsupported {
+                adapter: "povray".into(),
+                what: fragment.file.path.display().to_string(),
+            }),
+        }
+    }
+
     fn request_writer(&self, request: &LayerRequest<'_>) -> Result<Writer<'_>, AdapterError> {
+        self.refuse_foreign(all_fragments(request.prototypes))?;
         let scene = request.shots.first().map(|shot| &shot.scene);
         match scene {
             Some(scene) => self.writer(&scene.includes, scene.sky.as_ref()),
             None => self.writer(&[], None),
         }
     }
+}
+
+/// The fragments of a table.
+fn all_fragments(table: &PrototypeTable) -> impl Iterator<Item = &Fragment> {
+    table
+        .iter()
+        .filter_map(|(_, prototype)| match &prototype.geometry {
+            Geometry::Fragment(fragment) => Some(fragment),
+            Geometry::Neutral(_) => None,
+        })
 }
 
 /// Tries again where POV-Ray gave up because the machine was too busy to start
@@ -277,6 +304,7 @@ impl Adapter for PovRay {
         includes: &[NativeFile],
         run: &RunContext,
     ) -> Result<Vec<Said>, AdapterError> {
+        self.refuse_foreign(fragments.iter().copied())?;
         let inspection = inspect::Inspection {
             program: &self.program,
             library: &self.library,

@@ -112,21 +112,14 @@ pub fn crops_on_the_grid_are_identical(subject: &Subject) {
     };
     assert!(grid > 0, "a grid of no pixels");
     let stage = busy();
-    // The grid's lines nearest to a third and two thirds of the picture.
-    let line = |length: u32, thirds: u32| {
-        let wanted = length * thirds / 3 / grid * grid;
-        if wanted == 0 && grid < length {
-            grid
-        } else {
-            wanted
-        }
-    };
-    let (w, h) = (stage.size.width, stage.size.height);
+    // One that touches no edge of the picture where the grid allows it, a tall
+    // one and a wide one.
     let windows = [
-        window(line(w, 1), line(h, 1), 31, 19),
-        window(line(w, 2), 0, w - line(w, 2), 40),
-        window(0, line(h, 2), 45, h - line(h, 2)),
-    ];
+        window(37, 35, 17, 9),
+        window(70, 3, 1, 44),
+        window(2, 66, 67, 2),
+    ]
+    .map(|window| window.on_grid(grid, stage.size));
     compare(
         subject,
         &stage,
