@@ -152,19 +152,42 @@ impl<'a> Backdrop<'a> {
     /// Colours and depths of `colour.len()` pixels from column `x` of row `y` on.
     /// Without a depth in the décor, depths are +∞.
     pub fn row(&self, x: u32, y: u32, colour: &mut [[f32; 4]], depth: &mut [f64]) {
+        self.depths(x, y, depth);
+        self.colours(x, y, depth, colour);
+    }
+
+    /// Depths of `depth.len()` pixels from column `x` of row `y` on; +∞ where the
+    /// décor has none.
+    pub fn depths(&self, x: u32, y: u32, depth: &mut [f64]) {
         let from = self.decor.index(x, y);
-        let pixels = from..from + colour.len();
-        colour.copy_from_slice(&colours(self.decor)[pixels.clone()]);
+        let pixels = from..from + depth.len();
         match depths(self.decor).get(pixels.clone()) {
             Some(known) => depth.copy_from_slice(known),
             None => depth.fill(f64::INFINITY),
         }
         if let Some((dissolve, in_place)) = self.dissolve {
-            let target = &dissolve.target;
-            for (k, i) in pixels.clone().enumerate() {
-                if dissolve.shows_target(i, in_place) {
-                    colour[k] = colours(target)[i];
-                    depth[k] = depths(target).get(i).copied().unwrap_or(f64::INFINITY);
+            let target = depths(&dissolve.target);
+            let ranks = &dissolve.rank[pixels.clone()];
+            for ((depth, &rank), i) in depth.iter_mut().zip(ranks).zip(pixels) {
+                if rank < in_place {
+                    *depth = target.get(i).copied().unwrap_or(f64::INFINITY);
+                }
+            }
+        }
+    }
+
+    /// Colours of `colour.len()` pixels from column `x` of row `y` on, whose
+    /// [`depths`](Self::depths) are known.
+    pub fn colours(&self, x: u32, y: u32, depth: &[f64], colour: &mut [[f32; 4]]) {
+        let from = self.decor.index(x, y);
+        let pixels = from..from + colour.len();
+        colour.copy_from_slice(&colours(self.decor)[pixels.clone()]);
+        if let Some((dissolve, in_place)) = self.dissolve {
+            let target = &colours(&dissolve.target)[pixels.clone()];
+            let ranks = &dissolve.rank[pixels.clone()];
+            for ((colour, &rank), target) in colour.iter_mut().zip(ranks).zip(target) {
+                if rank < in_place {
+                    *colour = *target;
                 }
             }
         }
@@ -174,9 +197,10 @@ impl<'a> Backdrop<'a> {
             }
         }
         if let Some(sky) = self.sky {
-            for (k, i) in pixels.enumerate() {
-                if depth[k] == f64::INFINITY {
-                    colour[k] = colours(sky)[i];
+            let sky = &colours(sky)[pixels];
+            for ((colour, depth), sky) in colour.iter_mut().zip(depth).zip(sky) {
+                if *depth == f64::INFINITY {
+                    *colour = *sky;
                 }
             }
         }

@@ -1,15 +1,18 @@
 //! Finished frames: their names, their encoding, and writing them so that no
 //! file is ever half there.
 
+mod transfer;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use decor_api::{Adapter, Layer, PictureFormat, Size};
-use rayon::prelude::*;
 
 use crate::dissolve::Dissolve;
 use crate::layer::{LayerFileError, write_exr};
 use crate::merge::Patch;
+use transfer::Transfer;
 
 /// Why a frame cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -103,6 +106,16 @@ pub struct Ground {
     size: Size,
     picture: Content,
     target: Option<Content>,
+    /// How colour becomes 8 bits.
+    transfer: Option<Transfer>,
+    /// The last frame that was encoded: one that is the same is not encoded again.
+    last: Mutex<Option<Arc<Last>>>,
+}
+
+/// An encoded frame: its pixels, and its file.
+struct Last {
+    pixels: Vec<u8>,
+    file: Vec<u8>,
 }
 
 /// A picture in a file's own numbers.
@@ -117,7 +130,7 @@ enum Content {
 }
 
 impl Content {
-    fn of(layer: &Layer, encoder: &Encoder<'_>) -> Self {
+    fn of(layer: &Layer, encoder: &Encoder<'_>, transfer: Option<&Transfer>) -> Self {
         let colour = layer.colour.as_deref().unwrap_or_default();
         if encoder.format == PictureFormat::Exr {
             Self::Linear {
@@ -125,7 +138,9 @@ impl Content {
                 depth: single(layer.depth.as_deref().unwrap_or_default()),
             }
         } else {
-            Self::Encoded(encoder.encode(colour))
+            let mut bytes = vec![0; colour.len() * encoder.pixel_bytes()];
+            encoder.encode(colour, transfer, &mut bytes);
+            Self::Encoded(bytes)
         }
     }
 }
@@ -153,6 +168,8 @@ impl Ground {
             size,
             picture,
             target: None,
+            transfer: encoder.transfer(),
+            last: Mutex::default(),
         }
     }
 
@@ -163,10 +180,14 @@ impl Ground {
         size: Size,
         encoder: &Encoder<'_>,
     ) -> Self {
+        let transfer = encoder.transfer();
+        let content = |layer| Content::of(layer, encoder, transfer.as_ref());
         Self {
             size,
-            picture: Content::of(layer, encoder),
-            target: dissolve.map(|dissolve| Content::of(dissolve.target(), encoder)),
+            picture: content(layer),
+            target: dissolve.map(|dissolve| content(dissolve.target())),
+            transfer,
+            last: Mutex::default(),
         }
     }
 }
@@ -198,22 +219,24 @@ impl Encoder<'_> {
                 if let (Some(Content::Encoded(target)), Some((dissolve, in_place))) =
                     (target, dissolve)
                 {
-                    let pixels = bytes.par_chunks_exact_mut(pixel).enumerate();
-                    pixels.for_each(|(i, bytes)| {
+                    let pixels = bytes.chunks_exact_mut(pixel);
+                    for (i, (bytes, target)) in pixels.zip(target.chunks_exact(pixel)).enumerate() {
                         if dissolve.shows_target(i, in_place) {
-                            bytes.copy_from_slice(&target[i * pixel..(i + 1) * pixel]);
+                            bytes.copy_from_slice(target);
                         }
-                    });
-                }
-                for patch in patches {
-                    let encoded = self.encode(&patch.colour);
-                    let row = patch.window.width as usize * pixel;
-                    for (y, line) in (patch.window.y as usize..).zip(encoded.chunks_exact(row)) {
-                        let from = (y * width + patch.window.x as usize) * pixel;
-                        bytes[from..from + row].copy_from_slice(line);
                     }
                 }
-                self.png(ground.size, &bytes, path)
+                for patch in patches {
+                    let row = patch.window.width as usize;
+                    for (y, colour) in
+                        (patch.window.y as usize..).zip(patch.colour.chunks_exact(row))
+                    {
+                        let from = (y * width + patch.window.x as usize) * pixel;
+                        let line = &mut bytes[from..from + row * pixel];
+                        self.encode(colour, ground.transfer.as_ref(), line);
+                    }
+                }
+                self.png_once(ground, bytes, path)
             }
             (Content::Linear { colour, depth }, target) => {
                 let (mut colour, mut depth) = (colour.clone(), depth.clone());
@@ -250,6 +273,26 @@ impl Encoder<'_> {
         }
     }
 
+    /// The file of a picture; that of the last one where it is the same picture.
+    fn png_once(
+        &self,
+        ground: &Ground,
+        pixels: Vec<u8>,
+        path: &Path,
+    ) -> Result<Vec<u8>, WriteError> {
+        let kept = || ground.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = kept().clone();
+        if let Some(last) = last.filter(|last| last.pixels == pixels) {
+            return Ok(last.file.clone());
+        }
+        let file = self.png(ground.size, &pixels, path)?;
+        *kept() = Some(Arc::new(Last {
+            pixels,
+            file: file.clone(),
+        }));
+        Ok(file)
+    }
+
     fn png(&self, size: Size, bytes: &[u8], path: &Path) -> Result<Vec<u8>, WriteError> {
         let png = |source| WriteError::Png {
             path: path.to_owned(),
@@ -263,7 +306,11 @@ impl Encoder<'_> {
             _ => png::BitDepth::Eight,
         });
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        encoder.set_compression(png::Compression::Fast);
+        // Measured on rendered frames of 8 bits: Paeth's filter 1.5 to 2.8 ms a
+        // megapixel and the smallest files, the choice of a filter by row 2.8 to
+        // 3.5 ms and 0 to 2 % less, deflate's first level 8 to 15 ms and 20 % more.
+        encoder.set_deflate_compression(png::DeflateCompression::FdeflateUltraFast);
+        encoder.set_filter(png::Filter::Paeth);
         let mut writer = encoder.write_header().map_err(png)?;
         writer.write_image_data(bytes).map_err(png)?;
         writer.finish().map_err(png)?;
@@ -292,27 +339,27 @@ impl Encoder<'_> {
         }
     }
 
-    /// Linear pixels as the picture's bytes.
-    fn encode(&self, colour: &[[f32; 4]]) -> Vec<u8> {
-        let pixel = self.pixel_bytes();
-        let mut bytes = vec![0; colour.len() * pixel];
-        bytes
-            .par_chunks_mut(pixel * 4096)
-            .zip(colour.par_chunks(4096))
-            .for_each(|(bytes, colour)| {
-                for (bytes, colour) in bytes.chunks_exact_mut(pixel).zip(colour) {
-                    if pixel == 6 {
-                        for k in 0..3 {
-                            let value = self.adapter.encode(colour[k], 65535) as u16;
-                            bytes[2 * k..2 * k + 2].copy_from_slice(&value.to_be_bytes());
-                        }
-                    } else {
-                        for k in 0..3 {
-                            bytes[k] = self.adapter.encode(colour[k], 255) as u8;
-                        }
-                    }
+    /// The table of 8-bit pictures.
+    fn transfer(&self) -> Option<Transfer> {
+        (self.format == PictureFormat::Png).then(|| Transfer::of(self.adapter))
+    }
+
+    /// Linear pixels as the picture's bytes. One core does it: frames are many,
+    /// and several are encoded at once.
+    fn encode(&self, colour: &[[f32; 4]], transfer: Option<&Transfer>, bytes: &mut [u8]) {
+        if self.format == PictureFormat::Png16 {
+            for (bytes, colour) in bytes.chunks_exact_mut(6).zip(colour) {
+                for (bytes, &linear) in bytes.chunks_exact_mut(2).zip(colour) {
+                    let value = self.adapter.encode(linear, 65535) as u16;
+                    bytes.copy_from_slice(&value.to_be_bytes());
                 }
-            });
-        bytes
+            }
+        } else if let Some(transfer) = transfer {
+            for (bytes, colour) in bytes.chunks_exact_mut(3).zip(colour) {
+                for (byte, &linear) in bytes.iter_mut().zip(colour) {
+                    *byte = transfer.encode(linear, self.adapter);
+                }
+            }
+        }
     }
 }

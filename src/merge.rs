@@ -6,7 +6,6 @@
 //! coverage.
 
 use decor_api::{Layer, Window};
-use rayon::prelude::*;
 
 use crate::dissolve::Backdrop;
 
@@ -22,66 +21,174 @@ pub struct Patch {
 }
 
 /// Merges a fast layer's window into the décor, which covers the whole picture.
-/// Rows are done in parallel, each by itself: the result does not depend on the
-/// number of threads.
+/// The patch is the part of the window where anything fast is at all.
 ///
 /// `antialiased`: coverage decides how much of a pixel is the fast object's. If
 /// not, a pixel belongs to one or the other.
+///
+/// One core does it: frames are many, and several are merged at once.
 pub fn merge(
     decor: Backdrop<'_>,
     fast_colour: &Layer,
     fast_depth: &Layer,
     antialiased: bool,
 ) -> Patch {
-    let window = fast_colour.window;
-    debug_assert_eq!(window, fast_depth.window);
-    let width = window.width as usize;
-    let over_colour = fast_colour.colour.as_deref().unwrap_or_default();
-    let over_depth = fast_depth.depth.as_deref().unwrap_or_default();
+    merged(decor, fast_colour, fast_depth, antialiased, true)
+}
+
+/// [`merge`] where nobody asks for depths: a third less memory is written.
+pub fn merge_colour(
+    decor: Backdrop<'_>,
+    fast_colour: &Layer,
+    fast_depth: &Layer,
+    antialiased: bool,
+) -> Patch {
+    merged(decor, fast_colour, fast_depth, antialiased, false)
+}
+
+fn merged(
+    decor: Backdrop<'_>,
+    fast_colour: &Layer,
+    fast_depth: &Layer,
+    antialiased: bool,
+    with_depth: bool,
+) -> Patch {
+    debug_assert_eq!(fast_colour.window, fast_depth.window);
+    let fast = Fast {
+        window: fast_colour.window,
+        colour: fast_colour.colour.as_deref().unwrap_or_default(),
+        depth: fast_depth.depth.as_deref().unwrap_or_default(),
+        antialiased,
+    };
     let quantum = decor.depth_quantum();
     let quantum = (
         quantum.0 + fast_depth.depth_quantum.0,
         quantum.1 + fast_depth.depth_quantum.1,
     );
-
-    let mut colour = vec![[0.0; 4]; window.pixels()];
-    let mut depth = vec![f64::INFINITY; window.pixels()];
-    if width == 0 {
-        return Patch {
-            window,
-            colour,
-            depth: Some(depth),
+    let window = fast.extent();
+    let width = window.width as usize;
+    let mut colour = Vec::with_capacity(window.pixels());
+    let mut depth = Vec::with_capacity(if with_depth { window.pixels() } else { 0 });
+    // What is read of a row stays in the nearest cache until it is used.
+    let mut behind = vec![f64::INFINITY; width];
+    for y in window.y..window.bottom() {
+        decor.depths(window.x, y, &mut behind);
+        let from = fast.index(window.x, y);
+        let (over, near) = (
+            &fast.colour[from..from + width],
+            &fast.depth[from..from + width],
+        );
+        let won = |x: usize| {
+            if near[x] != f64::INFINITY {
+                (!antialiased || over[x][3] > 0.0) && wins(near[x], behind[x], quantum)
+            } else {
+                antialiased
+                    && over[x][3] > 0.0
+                    && wins(fast.edge_depth(window.x + x as u32, y), behind[x], quantum)
+            }
         };
-    }
-    let rows = colour
-        .par_chunks_mut(width)
-        .zip(depth.par_chunks_mut(width));
-    rows.zip(0..window.height)
-        .for_each(|((colour, depth), row)| {
-            decor.row(window.x, window.y + row, colour, depth);
-            let over = row as usize * width;
-            for x in 0..width {
-                let fast = over_colour[over + x];
-                let coverage = if antialiased { fast[3] } else { 1.0 };
-                let near = if antialiased && coverage > 0.0 {
-                    edge_depth(over_depth, window, x, row as usize)
-                } else {
-                    over_depth[over + x]
-                };
-                if coverage > 0.0 && wins(near, depth[x], quantum) {
-                    colour[x] = if antialiased {
-                        laid_over(fast, colour[x])
-                    } else {
-                        fast
-                    };
-                    depth[x] = over_depth[over + x].min(depth[x]);
+        // Pixels that follow each other mostly belong to the same side.
+        let mut x = 0;
+        while x < width {
+            let start = x;
+            let is_fast = won(x);
+            x += 1;
+            while x < width && won(x) == is_fast {
+                x += 1;
+            }
+            let run = start..x;
+            let fast = &over[run.clone()];
+            let opaque = is_fast && (!antialiased || fast.iter().all(|pixel| pixel[3] >= 1.0));
+            if opaque {
+                colour.extend_from_slice(fast);
+            } else {
+                let into = colour.len();
+                colour.resize(into + run.len(), [0.0; 4]);
+                let shown = &mut colour[into..];
+                decor.colours(window.x + start as u32, y, &behind[run.clone()], shown);
+                if is_fast {
+                    for (shown, fast) in shown.iter_mut().zip(fast) {
+                        *shown = laid_over(*fast, *shown);
+                    }
                 }
             }
-        });
+            if with_depth && is_fast {
+                let both = near[run.clone()].iter().zip(&behind[run]);
+                depth.extend(both.map(|(near, behind)| near.min(*behind)));
+            } else if with_depth {
+                depth.extend_from_slice(&behind[run]);
+            }
+        }
+    }
     Patch {
         window,
         colour,
-        depth: Some(depth),
+        depth: with_depth.then_some(depth),
+    }
+}
+
+/// A fast layer, its colour and its depth.
+struct Fast<'a> {
+    window: Window,
+    colour: &'a [[f32; 4]],
+    depth: &'a [f64],
+    antialiased: bool,
+}
+
+impl Fast<'_> {
+    fn index(&self, x: u32, y: u32) -> usize {
+        (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
+    }
+
+    /// The part of the window where anything is: with antialiasing also beside
+    /// what has a depth.
+    fn extent(&self) -> Window {
+        let window = self.window;
+        let width = window.width as usize;
+        let mut extent = Window::EMPTY;
+        if width == 0 {
+            return extent;
+        }
+        let is_there = |depth: &f64| *depth != f64::INFINITY;
+        let (mut left, mut right) = (width, 0);
+        for (y, row) in (window.y..).zip(self.depth.chunks_exact(width)) {
+            let Some(first) = row.iter().position(is_there) else {
+                continue;
+            };
+            let last = row.iter().rposition(is_there).unwrap_or(first);
+            (left, right) = (left.min(first), right.max(last + 1));
+            extent = extent.union(Window {
+                x: window.x + left as u32,
+                y,
+                width: (right - left) as u32,
+                height: 1,
+            });
+        }
+        if !self.antialiased || extent.is_empty() {
+            return extent;
+        }
+        let around = Window {
+            x: extent.x.saturating_sub(1),
+            y: extent.y.saturating_sub(1),
+            width: extent.right() + 1 - extent.x.saturating_sub(1),
+            height: extent.bottom() + 1 - extent.y.saturating_sub(1),
+        };
+        around.intersection(window)
+    }
+
+    /// The depth of a pixel of which the edge of something covers a part, but not
+    /// the centre: that of the nearest neighbour that has one.
+    fn edge_depth(&self, x: u32, y: u32) -> f64 {
+        let Window { width, height, .. } = self.window;
+        let (x, y) = (x - self.window.x, y - self.window.y);
+        let mut nearest = f64::INFINITY;
+        for row in y.saturating_sub(1)..(y + 2).min(height) {
+            for column in x.saturating_sub(1)..(x + 2).min(width) {
+                let at = row as usize * width as usize + column as usize;
+                nearest = nearest.min(self.depth[at]);
+            }
+        }
+        nearest
     }
 }
 
@@ -96,23 +203,6 @@ fn wins(fast: f64, decor: f64, quantum: (f64, f64)) -> bool {
     fast <= decor + (quantum.0 + quantum.1 * fast.max(decor))
 }
 
-/// The depth of a fast pixel, also where its edge covers a part of the pixel
-/// but not the centre: then that of the nearest neighbour that has one.
-fn edge_depth(depth: &[f64], window: Window, x: usize, y: usize) -> f64 {
-    let (width, height) = (window.width as usize, window.height as usize);
-    let own = depth[y * width + x];
-    if own != f64::INFINITY {
-        return own;
-    }
-    let mut nearest = f64::INFINITY;
-    for row in y.saturating_sub(1)..(y + 2).min(height) {
-        for column in x.saturating_sub(1)..(x + 2).min(width) {
-            nearest = nearest.min(depth[row * width + column]);
-        }
-    }
-    nearest
-}
-
 /// Porter and Duff's *over*, premultiplied.
 fn laid_over(over: [f32; 4], below: [f32; 4]) -> [f32; 4] {
     if over[3] >= 1.0 {
@@ -125,6 +215,7 @@ fn laid_over(over: [f32; 4], below: [f32; 4]) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const FAR: f64 = f64::INFINITY;
 
@@ -150,18 +241,23 @@ mod tests {
         let decor = layer(0, &[BLUE; 5], &[1.0, 2.0, 3.0, FAR, 3.0]);
         let fast = layer(0, &[RED; 5], &[2.0, 2.000_001, 2.0, 9.0, FAR]);
         let patch = merge(Backdrop::plain(&decor), &fast, &fast, false);
-        assert_eq!(patch.colour, [BLUE, RED, RED, RED, BLUE]);
-        assert_eq!(patch.depth.unwrap(), [1.0, 2.0, 2.0, 9.0, 3.0]);
+        // The last pixel has nothing fast.
+        assert_eq!(patch.window.width, 4);
+        assert_eq!(patch.colour, [BLUE, RED, RED, RED]);
+        assert_eq!(patch.depth.as_deref(), Some(&[1.0, 2.0, 2.0, 9.0][..]));
+        let colour = merge_colour(Backdrop::plain(&decor), &fast, &fast, false);
+        assert_eq!((colour.colour, colour.depth), (patch.colour, None));
     }
 
     #[test]
     fn an_edge_is_laid_over_by_its_coverage() {
         let half = [0.5, 0.0, 0.0, 0.5];
         let decor = layer(0, &[BLUE; 3], &[5.0, 5.0, 1.0]);
-        // The middle pixel is covered by half, but its centre shows the décor.
+        // The middle pixel is covered by half, but its centre shows the décor;
+        // the last one has nothing fast beside it.
         let fast = layer(0, &[RED, half, half], &[2.0, FAR, FAR]);
         let patch = merge(Backdrop::plain(&decor), &fast, &fast, true);
-        assert_eq!(patch.colour, [RED, [0.5, 0.0, 0.5, 1.0], BLUE]);
+        assert_eq!(patch.colour, [RED, [0.5, 0.0, 0.5, 1.0]]);
     }
 
     #[test]
@@ -169,7 +265,89 @@ mod tests {
         let decor = layer(0, &[BLUE; 4], &[5.0; 4]);
         let fast = layer(2, &[RED; 2], &[2.0, FAR]);
         let patch = merge(Backdrop::plain(&decor), &fast, &fast, false);
-        assert_eq!(patch.window.x, 2);
-        assert_eq!(patch.colour, [RED, BLUE]);
+        assert_eq!((patch.window.x, patch.window.width), (2, 1));
+        assert_eq!(patch.colour, [RED]);
+    }
+
+    /// The merge in so many words: every pixel of the window by itself.
+    fn in_words(decor: &Layer, fast: &Layer, antialiased: bool) -> Vec<[f32; 4]> {
+        let window = fast.window;
+        let (colour, depth) = (fast.colour.as_ref().unwrap(), fast.depth.as_ref().unwrap());
+        let pixel = |x: u32, y: u32| {
+            let at = decor.index(x, y);
+            let below = decor.colour.as_ref().unwrap()[at];
+            let over = colour[fast.index(x, y)];
+            let mut near = depth[fast.index(x, y)];
+            if antialiased && near == FAR {
+                for row in y.saturating_sub(1)..y + 2 {
+                    for column in x.saturating_sub(1)..x + 2 {
+                        if window.contains(column, row) {
+                            near = near.min(depth[fast.index(column, row)]);
+                        }
+                    }
+                }
+            }
+            let behind = decor.depth.as_ref().unwrap()[at];
+            match antialiased {
+                _ if near == FAR || near > behind => below,
+                true => laid_over(over, below),
+                false => over,
+            }
+        };
+        let rows = window.y..window.bottom();
+        rows.flat_map(|y| (window.x..window.right()).map(move |x| (x, y)))
+            .map(|(x, y)| pixel(x, y))
+            .collect()
+    }
+
+    proptest! {
+        #[test]
+        fn a_patch_laid_onto_the_decor_is_the_merge(
+            antialiased: bool,
+            window in (0_u32..6, 0_u32..5, 1_u32..8, 1_u32..7),
+            pixels in prop::collection::vec((0_u8..6, 0_u8..4), 64..65),
+        ) {
+            let (x, y, width, height) = window;
+            let grey = |value: u8| [f32::from(value), 0.0, 0.0, 1.0];
+            let far = |value: u8| if value == 5 { FAR } else { f64::from(value) };
+            let place = |x, y, width, height| Window { x, y, width, height };
+            let whole = place(0, 0, 16, 12);
+            let decor = Layer {
+                window: whole,
+                colour: Some((0..whole.pixels()).map(|i| grey(i as u8)).collect()),
+                depth: Some((0..whole.pixels()).map(|i| far((i * 7 % 6) as u8)).collect()),
+                depth_quantum: (0.0, 0.0),
+            };
+            let window = place(x, y, width, height);
+            let some = &pixels[..window.pixels()];
+            let coverage = |(d, c): &(u8, u8)| if *d == 5 { f32::from(*c) / 4.0 } else { 1.0 };
+            let fast = Layer {
+                window,
+                colour: Some(some.iter().map(|p| [9.0 * coverage(p), 1.0, 1.0, coverage(p)]).collect()),
+                depth: Some(some.iter().map(|(d, _)| far(*d)).collect()),
+                depth_quantum: (0.0, 0.0),
+            };
+            let patch = merge(Backdrop::plain(&decor), &fast, &fast, antialiased);
+            prop_assert_eq!(patch.colour.len(), patch.window.pixels());
+            prop_assert_eq!(patch.depth.as_ref().map(Vec::len), Some(patch.window.pixels()));
+            let mut shown = decor.clone();
+            let picture = shown.colour.as_mut().unwrap();
+            for (k, y) in (patch.window.y..patch.window.bottom()).enumerate() {
+                for x in patch.window.x..patch.window.right() {
+                    let from = k * patch.window.width as usize + (x - patch.window.x) as usize;
+                    picture[y as usize * 16 + x as usize] = patch.colour[from];
+                }
+            }
+            let words = in_words(&decor, &fast, antialiased);
+            for (k, (x, y)) in (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y))).enumerate() {
+                // Where nothing covers, nothing is laid over.
+                let expected = if antialiased && coverage(&some[k]) == 0.0 {
+                    decor.colour.as_ref().unwrap()[y as usize * 16 + x as usize]
+                } else {
+                    words[k]
+                };
+                prop_assert_eq!(shown.colour.as_ref().unwrap()[y as usize * 16 + x as usize], expected);
+            }
+        }
     }
 }

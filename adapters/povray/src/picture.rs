@@ -1,6 +1,8 @@
 //! POV-Ray's 16-bit pictures as layers: binary PPM, and PNG where coverage is
 //! wanted. The way that every version has.
 
+use std::sync::LazyLock;
+
 use decor_api::Window;
 
 use crate::encode;
@@ -136,9 +138,22 @@ fn be_u16(pixel: &[u8], channel: usize) -> u16 {
 
 fn decode(value: u16, coding: Coding) -> f32 {
     match coding {
-        Coding::Srgb => encode::linear(u32::from(value), 65535),
+        Coding::Srgb => linear_of()[usize::from(value)],
         Coding::Linear => f32::from(value) / 65535.0,
     }
+}
+
+/// The linear value of every integer: a power for each channel of each pixel
+/// would take ten times as long as reading it.
+fn linear_of() -> &'static [f32; 1 << 16] {
+    static TABLE: LazyLock<Box<[f32; 1 << 16]>> = LazyLock::new(|| {
+        let mut table = Box::new([0.0; 1 << 16]);
+        for (value, linear) in (0..).zip(table.iter_mut()) {
+            *linear = encode::linear(value, 65535);
+        }
+        table
+    });
+    &TABLE
 }
 
 #[cfg(test)]
