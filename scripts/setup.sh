@@ -39,6 +39,25 @@ ensure_python() {
     python3 -c 'import venv, ensurepip' 2>/dev/null || install_packages python3 python3-venv
 }
 
+# Mitsuba, from PyPI, into a virtual environment in the user's cache. 1 where it
+# cannot be had.
+ensure_mitsuba() {
+    if [ -n "${DECOR_MITSUBA:-}" ] || command -v mitsuba >/dev/null; then
+        return 0
+    fi
+    local version=3.9.1
+    local place="${XDG_CACHE_HOME:-$HOME/.cache}/decor/mitsuba-$version"
+    if [ ! -x "$place/bin/mitsuba" ]; then
+        ensure_python || return 1
+        echo "decor: installing Mitsuba $version with pip" >&2
+        rm -rf "$place"
+        python3 -m venv "$place" &&
+            "$place/bin/pip" install --quiet --disable-pip-version-check "mitsuba==$version" >&2 || return 1
+    fi
+    DECOR_MITSUBA="$place/bin/mitsuba"
+    export DECOR_MITSUBA
+}
+
 # A browser: the test of the report opens its page. Debian's name, and others'.
 ensure_browser() {
     command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||

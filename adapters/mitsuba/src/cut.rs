@@ -16,9 +16,9 @@ use crate::unsupported;
 /// more than 8e-5 off.
 const AROUND: u32 = 256;
 
-/// Steps around what is round in two directions: 4e-4 off. Twice as many make
+/// Steps around what is round in two directions: 2e-4 off. Twice as many make
 /// four times the triangles, and a cut takes seconds.
-const AROUND_BALL: u32 = 128;
+const AROUND_BALL: u32 = 192;
 
 /// A closed mesh; every corner carries the number of its look.
 type Body = Manifold<f64>;

@@ -14,7 +14,7 @@ use glam::{DAffine3, DVec3};
 use crate::look::Looks;
 use crate::solid::{Model, Part, Shape, similarity};
 use crate::tessellate::{frustum, moved};
-use crate::units::{Placed, Units};
+use crate::units::{Placed, Units, drawn_to, farthest};
 use crate::xml::{matrix, number, point};
 
 /// Steps around a cone that is not cut: of a radius of 1, no point is more than
@@ -24,10 +24,6 @@ const AROUND: u32 = 1024;
 /// Control points of the curve in a torus. Where a cubic spline is nearest to
 /// a circle, at so many points it is as good as single precision.
 const CURVE: u32 = 64;
-
-/// How far a plane is drawn, in heights of the eye above it: its edge is a
-/// twentieth of a pixel below the horizon of a picture of 1000 pixels.
-const HORIZON: f64 = 2e4;
 
 /// Is it part of the model's group? If not, every instance writes it anew.
 fn is_grouped(part: &Part) -> bool {
@@ -210,7 +206,7 @@ pub(crate) fn shapes(placed: &[Placed<'_>], units: Units, looks: &mut Looks) -> 
     for &number in &numbers {
         let _ = writeln!(text, "<include filename=\"{}\"/>", file_name(number));
     }
-    let reach = placed.iter().map(|p| p.farthest).fold(0.0, f64::max);
+    let reach = farthest(placed);
     let mut uneven: Vec<String> = Vec::new();
     for object in placed {
         instance(&mut text, object, units, reach, looks, &mut uneven);
@@ -285,15 +281,8 @@ fn instance(
         let look = looks.number(&model.looks[half.look]);
         let normal = (from_eye.matrix3 * half.normal).normalize_or(DVec3::Y);
         let height = from_eye.transform_point3(half.point).dot(normal);
-        // A power of two: how far it is drawn rounds nothing.
-        let far = (HORIZON * height.abs()).max(4.0 * reach);
-        let far = if far > 0.0 {
-            2.0_f64.powi(far.log2().ceil() as i32)
-        } else {
-            1.0
-        };
         let (u, v) = normal.any_orthonormal_pair();
-        let far = far * units.scale;
+        let far = drawn_to(height.abs(), reach) * units.scale;
         let _ = writeln!(
             text,
             "<shape type=\"rectangle\"><transform name=\"to_world\">{}</transform><ref id=\"look{look}\"/></shape>",

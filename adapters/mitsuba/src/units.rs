@@ -10,17 +10,23 @@
 //! - *Without* shadows it is written so small that every shadow ray starts far
 //!   outside of the scene, and ends, a share of 1.8e-3 before its light, still
 //!   outside: nothing is in its way. Mitsuba has no other way to light without
-//!   shadows.
+//!   shadows. The price: what is nearer to the eye than about 3e-4 of its height
+//!   above a floor, or 3e-7 of the whole scene's size, is cut off.
 
 use decor_api::{AdapterError, Bounds, Light, LightKind, Scene};
 
 use crate::solid::Model;
 use crate::unsupported;
 
-/// The exponent of two of scenes with shadows, and of those without up to a
-/// reach of 2¹⁰.
-const LARGE: i32 = 10;
-const SMALL: i32 = -36;
+/// What lengths are multiplied by where there are shadows.
+const LARGE: f64 = 1024.0;
+
+/// How large all that is drawn may be where there are none: well below the
+/// 3.2e-7 before a light at which a shadow ray ends.
+const SMALL: f64 = 1.0 / 4_194_304.0;
+
+/// Below this, squares of lengths leave single precision.
+const SMALLEST: f64 = 1e-17;
 
 /// The nearest that the camera sees, as it is written. Its square must be a
 /// normal number of single precision.
@@ -43,33 +49,50 @@ impl Units {
     pub fn of(scene: &Scene, models: &[Placed<'_>]) -> Result<Self, AdapterError> {
         let far = |scale: f64| 1e12 * scale;
         if scene.shadows || scene.lights.is_empty() {
-            let scale = 2.0_f64.powi(LARGE);
             return Ok(Self {
-                scale,
+                scale: LARGE,
                 near: NEAR_LARGE,
-                far: far(scale),
+                far: far(LARGE),
             });
         }
         let lights = scene.lights.iter().map(|light| reach_of(scene, light));
-        let solids = models.iter().map(|placed| placed.farthest);
-        let reach = lights.chain(solids).fold(0.0, f64::max);
-        let beyond = (reach.log2().ceil() as i32 - 10).max(0);
-        let scale = 2.0_f64.powi(SMALL - beyond);
-        let units = Self {
+        let reach = lights.fold(farthest(models), f64::max);
+        let highest = models.iter().map(|placed| placed.highest);
+        let drawn = highest.fold(reach, |drawn, height| drawn.max(drawn_to(height, reach)));
+        let scale = SMALL / 2.0_f64.powi(drawn.max(1e-9).log2().ceil() as i32);
+        if scale < SMALLEST {
+            return Err(unsupported(&format!(
+                "a scene of {reach} units without shadows: it is too large"
+            )));
+        }
+        Ok(Self {
             scale,
             near: NEAR_SMALL,
             far: far(scale),
-        };
-        let nearest = models.iter().map(|placed| placed.nearest);
-        let nearest = nearest.fold(f64::INFINITY, f64::min);
-        // Single precision ends at 1e-38; squares of lengths are computed.
-        if beyond > 20 || beyond > 0 && nearest * scale < units.near {
-            return Err(unsupported(&format!(
-                "without shadows what is {nearest} from the eye together with what is {reach} from it"
-            )));
-        }
-        Ok(units)
+        })
     }
+}
+
+/// How far plane surfaces without an end are drawn, in heights of the eye above
+/// them: their edge is a tenth of a pixel below the horizon of a picture of
+/// 1000 pixels.
+const HORIZON: f64 = 1e4;
+
+/// How far a plane is drawn around the point below the eye, which is `height`
+/// above it; other things reach as far as `reach`. A power of two: how far it
+/// is drawn rounds nothing else.
+pub(crate) fn drawn_to(height: f64, reach: f64) -> f64 {
+    let far = (HORIZON * height).max(4.0 * reach);
+    if far > 0.0 {
+        2.0_f64.powi(far.log2().ceil() as i32)
+    } else {
+        1.0
+    }
+}
+
+/// The distance of the farthest thing that has an end.
+pub(crate) fn farthest(models: &[Placed<'_>]) -> f64 {
+    models.iter().map(|p| p.farthest).fold(0.0, f64::max)
 }
 
 fn reach_of(scene: &Scene, light: &Light) -> f64 {
@@ -90,10 +113,11 @@ pub(crate) struct Placed<'a> {
     pub number: u32,
     /// From the model's coordinates to those from the eye.
     pub from_eye: glam::DAffine3,
-    /// How near and how far it is; its half-spaces' planes are as far as their
-    /// nearest points.
-    pub nearest: f64,
+    /// How far it reaches; of its half-spaces, how far the nearest points are.
     pub farthest: f64,
+    /// How far the eye is from the planes of its half-spaces, at most; 0 where
+    /// there are none.
+    pub highest: f64,
 }
 
 impl<'a> Placed<'a> {
@@ -105,25 +129,21 @@ impl<'a> Placed<'a> {
         from_eye: glam::DAffine3,
         eye: glam::DVec3,
     ) -> Self {
-        let (mut nearest, mut farthest) = match bounds {
-            Bounds::Sphere(s) => {
-                let distance = s.centre.distance(eye);
-                ((distance - s.radius).max(0.0), distance + s.radius)
-            }
-            _ => (f64::INFINITY, 0.0),
-        };
-        for half in &model.half_spaces {
+        let heights = model.half_spaces.iter().map(|half| {
             let point = from_eye.transform_point3(half.point);
-            let height = point.dot(from_eye.matrix3 * half.normal).abs();
-            nearest = nearest.min(height);
-            farthest = farthest.max(height);
-        }
+            point.dot(from_eye.matrix3 * half.normal).abs()
+        });
+        let highest = heights.fold(0.0, f64::max);
+        let farthest = match bounds {
+            Bounds::Sphere(s) => s.centre.distance(eye) + s.radius,
+            _ => highest,
+        };
         Self {
             model,
             number,
             from_eye,
-            nearest,
             farthest,
+            highest,
         }
     }
 }
