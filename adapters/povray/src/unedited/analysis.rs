@@ -149,7 +149,10 @@ pub fn analyse(sources: &Sources, options: &Options) -> Analysis {
     let clock = Taint::of(&outline, sources, &placing.used, CLOCK, true);
     let bending = Taint::of(&outline, sources, &placing.used, BENDING, false);
     // A default texture that bends is everybody's.
-    let all_bend = outline.settings.iter().any(|raw| placing.used[raw.unit] && bending.concerns(raw));
+    let all_bend = outline
+        .settings
+        .iter()
+        .any(|raw| placing.used[raw.unit] && bending.concerns(raw));
 
     let mut statements = Vec::new();
     let mut raws = Vec::new();

@@ -104,7 +104,10 @@ pub fn boxes(
     let refused = |reason: String| Boxes {
         frames: Vec::new(),
         whole: vec![Refusal {
-            file: sources.files.first().map_or_else(String::new, |f| f.name.clone()),
+            file: sources
+                .files
+                .first()
+                .map_or_else(String::new, |f| f.name.clone()),
             line: 0,
             reason,
         }],
@@ -126,10 +129,15 @@ pub fn boxes(
         Ok(said) => said,
         Err(AdapterError::TimedOut { limit, .. }) => {
             let seconds = limit.as_secs();
-            return Ok(refused(format!("POV-Ray did not read it within {seconds} s")));
+            return Ok(refused(format!(
+                "POV-Ray did not read it within {seconds} s"
+            )));
         }
         Err(AdapterError::Failed { stderr, .. }) => {
-            return Ok(refused(format!("POV-Ray does not take decor's copy of it: {}", error(&stderr))));
+            return Ok(refused(format!(
+                "POV-Ray does not take decor's copy of it: {}",
+                error(&stderr)
+            )));
         }
         Err(AdapterError::BadInput { reason, .. }) => return Ok(refused(reason)),
         Err(other) => return Err(other),
@@ -138,13 +146,17 @@ pub fn boxes(
     let frames = said.lines().collect::<Reading>().frames;
     let numbers: Vec<u32> = frames.iter().map(|frame| frame.boxes.frame).collect();
     if numbers != expected || frames.iter().any(|frame| !frame.whole) {
-        return Ok(refused("POV-Ray's answer about decor's copy is not complete".into()));
+        return Ok(refused(
+            "POV-Ray's answer about decor's copy is not complete".into(),
+        ));
     }
     let mut found = Boxes {
         whole: endless(analysis, sources, &frames),
         frames: frames.into_iter().map(|frame| frame.boxes).collect(),
     };
-    found.whole.extend(unsteady(analysis, sources, &found.frames));
+    found
+        .whole
+        .extend(unsteady(analysis, sources, &found.frames));
     Ok(found)
 }
 
@@ -169,7 +181,10 @@ impl Call<'_> {
             reason: "a scene cannot write to a working folder of this name".into(),
         };
         let plain = |c: char| c.is_ascii_graphic() && !matches!(c, '"' | '\\') || c == ' ';
-        let name = out.to_str().filter(|name| name.chars().all(plain)).ok_or_else(bad)?;
+        let name = out
+            .to_str()
+            .filter(|name| name.chars().all(plain))
+            .ok_or_else(bad)?;
         let ini = folder.path().join("options.ini");
         let ini = ini.to_str().and_then(quoted).ok_or_else(bad)?;
 
@@ -272,7 +287,8 @@ impl Frame {
                 let points = vectors(&words[1..])?;
                 let extent = match *points.as_slice() {
                     [min, max] => extent(min, max),
-                    [min, max, ..] => plane(&points[2..]).filter(|_| is_endless(min, max))
+                    [min, max, ..] => plane(&points[2..])
+                        .filter(|_| is_endless(min, max))
                         .unwrap_or_else(|| extent(min, max)),
                     _ => return None,
                 };
@@ -281,7 +297,9 @@ impl Frame {
             "L" => {
                 let points = vectors(words.get(1..)?)?;
                 let [a, b] = points[..] else { return None };
-                if a.is_finite() && (a - b).abs().max_element() <= LIGHT_TOLERANCE * (1.0 + b.length()) {
+                if a.is_finite()
+                    && (a - b).abs().max_element() <= LIGHT_TOLERANCE * (1.0 + b.length())
+                {
                     self.boxes.lights.push(b);
                 } else {
                     // Too far away, or out of shape.
@@ -308,7 +326,10 @@ impl Frame {
 }
 
 fn vectors(words: &[&str]) -> Option<Vec<DVec3>> {
-    let numbers: Vec<f64> = words.iter().map(|word| word.parse().ok()).collect::<Option<_>>()?;
+    let numbers: Vec<f64> = words
+        .iter()
+        .map(|word| word.parse().ok())
+        .collect::<Option<_>>()?;
     let whole = numbers.len() % 3 == 0;
     whole.then(|| numbers.chunks(3).map(DVec3::from_slice).collect())
 }
@@ -333,7 +354,9 @@ fn extent(min: DVec3, max: DVec3) -> Extent {
 
 /// Three rays along the axes: where they hit, and the normal there (none: 0).
 fn plane(rays: &[DVec3]) -> Option<Extent> {
-    let mut hits = rays.chunks(2).filter(|hit| hit.len() == 2 && hit[1].length() > 0.5);
+    let mut hits = rays
+        .chunks(2)
+        .filter(|hit| hit.len() == 2 && hit[1].length() > 0.5);
     let hit = hits.next()?;
     Some(Extent::Plane {
         point: hit[0],
@@ -355,7 +378,10 @@ fn refusal(analysis: &Analysis, sources: &Sources, statement: usize, reason: &st
 fn endless(analysis: &Analysis, sources: &Sources, frames: &[Frame]) -> Vec<Refusal> {
     let mut found = Vec::new();
     for placed in frames.iter().flat_map(|frame| &frame.boxes.objects) {
-        let moves = analysis.statements.get(placed.statement).is_none_or(|s| s.moves);
+        let moves = analysis
+            .statements
+            .get(placed.statement)
+            .is_none_or(|s| s.moves);
         if moves && !matches!(placed.extent, Extent::Box { .. }) {
             let reason = "what moves here has no end, or POV-Ray knows none";
             found.push(refusal(analysis, sources, placed.statement, reason));
@@ -371,7 +397,14 @@ fn endless(analysis: &Analysis, sources: &Sources, frames: &[Frame]) -> Vec<Refu
 fn unsteady(analysis: &Analysis, sources: &Sources, frames: &[FrameBoxes]) -> Vec<Refusal> {
     let still = |frame: &FrameBoxes| -> Vec<Placed> {
         let objects = frame.objects.iter().copied();
-        objects.filter(|p| analysis.statements.get(p.statement).is_some_and(|s| !s.moves)).collect()
+        objects
+            .filter(|p| {
+                analysis
+                    .statements
+                    .get(p.statement)
+                    .is_some_and(|s| !s.moves)
+            })
+            .collect()
     };
     let Some(first) = frames.first() else {
         return Vec::new();
@@ -380,7 +413,10 @@ fn unsteady(analysis: &Analysis, sources: &Sources, frames: &[FrameBoxes]) -> Ve
     for frame in &frames[1..] {
         let others = still(frame);
         let pairs = objects.iter().zip(&others);
-        let differing = pairs.into_iter().find(|(a, b)| a != b).map(|(a, _)| a.statement);
+        let differing = pairs
+            .into_iter()
+            .find(|(a, b)| a != b)
+            .map(|(a, _)| a.statement);
         let reason = "decor took this for still, and it is not: please report this";
         if let Some(statement) = differing {
             return vec![refusal(analysis, sources, statement, reason)];
@@ -410,7 +446,10 @@ mod tests {
         );
         assert!(frames.iter().all(|frame| frame.whole));
         let frame = &frames[0].boxes;
-        assert_eq!((frame.frame, frame.lights.as_slice()), (3, &[DVec3::new(1.0, 2.0, 3.0)][..]));
+        assert_eq!(
+            (frame.frame, frame.lights.as_slice()),
+            (3, &[DVec3::new(1.0, 2.0, 3.0)][..])
+        );
         let camera = frame.camera.as_ref().expect("it is plain");
         assert_eq!(camera[1], ("angle".into(), DVec3::splat(40.0)));
         let Extent::Box { min, max } = frame.objects[0].extent else {
@@ -427,12 +466,23 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_is_not_whole() {
-        for text in ["F 1\nO 0 1 2\nE\n", "F 1\nO 0 nan x 0 0 0 0\nE\n", "F 1\n", "F 1\nQ\nE\n"] {
+        for text in [
+            "F 1\nO 0 1 2\nE\n",
+            "F 1\nO 0 nan x 0 0 0 0\nE\n",
+            "F 1\n",
+            "F 1\nQ\nE\n",
+        ] {
             assert!(!read(text)[0].whole, "{text}");
         }
-        assert_eq!(read("F 1\nO 0 nan 0 0 0 0 0\nE\n")[0].boxes.objects[0].extent, Extent::Endless);
+        assert_eq!(
+            read("F 1\nO 0 nan 0 0 0 0 0\nE\n")[0].boxes.objects[0].extent,
+            Extent::Endless
+        );
         assert_eq!(read("F 1\nC ?\nE\n")[0].boxes.camera, None);
-        assert_eq!(read("F 1\nC up 0 1 0\nC up 0 1 0\nE\n")[0].boxes.camera, None);
+        assert_eq!(
+            read("F 1\nC up 0 1 0\nC up 0 1 0\nE\n")[0].boxes.camera,
+            None
+        );
         assert_eq!(read("F 1\nL 0 1 2 3 1 2 4\nE\n")[0].boxes.camera, None);
     }
 }

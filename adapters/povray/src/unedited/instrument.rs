@@ -19,7 +19,15 @@ const LIGHT_RADIUS: &str = "4e6";
 
 /// Words of a camera that take a vector.
 const CAMERA_VECTORS: &[&str] = &[
-    "location", "look_at", "direction", "right", "up", "sky", "translate", "rotate", "scale",
+    "location",
+    "look_at",
+    "direction",
+    "right",
+    "up",
+    "sky",
+    "translate",
+    "rotate",
+    "scale",
 ];
 
 /// Edits of one kind, each with whether it ends something: where one statement
@@ -41,7 +49,8 @@ impl List {
     }
 
     fn sorted(mut self) -> Vec<Edit> {
-        self.0.sort_by_key(|(ends, edit)| (edit.file, edit.range.start, !ends));
+        self.0
+            .sort_by_key(|(ends, edit)| (edit.file, edit.range.start, !ends));
         self.0.into_iter().map(|(_, edit)| edit).collect()
     }
 }
@@ -74,21 +83,23 @@ pub fn definitions(prefix: &str, file: &str) -> String {
 "#;
     let text = TEXT.replace("@file", file).replace('@', prefix);
     // Names of the macros' own must not be the scene's either.
-    ["V_", "N_", "O_", "D_", "S_", "H_", "A_", "B_"].iter().fold(text, |text, name| {
-        let separate = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
-        let mut renamed = String::with_capacity(text.len() * 2);
-        let mut rest = text.as_str();
-        while let Some(at) = rest.find(name) {
-            let before = rest[..at].chars().next_back().is_none_or(separate);
-            renamed.push_str(&rest[..at]);
-            if before {
-                renamed.push_str(prefix);
+    ["V_", "N_", "O_", "D_", "S_", "H_", "A_", "B_"]
+        .iter()
+        .fold(text, |text, name| {
+            let separate = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
+            let mut renamed = String::with_capacity(text.len() * 2);
+            let mut rest = text.as_str();
+            while let Some(at) = rest.find(name) {
+                let before = rest[..at].chars().next_back().is_none_or(separate);
+                renamed.push_str(&rest[..at]);
+                if before {
+                    renamed.push_str(prefix);
+                }
+                renamed.push_str(name);
+                rest = &rest[at + name.len()..];
             }
-            renamed.push_str(name);
-            rest = &rest[at + name.len()..];
-        }
-        renamed + rest
-    })
+            renamed + rest
+        })
 }
 
 /// Ends the record of a frame.
@@ -123,7 +134,14 @@ impl Edits {
         if (0..scene.outline.units.len()).any(|unit| scene.placing.is_mixed(unit)) {
             let text = format!("\n#declare {}n=0;\n", scene.sources.prefix);
             let (file, at) = start;
-            hiding.insert(0, Edit { file, range: at..at, text });
+            hiding.insert(
+                0,
+                Edit {
+                    file,
+                    range: at..at,
+                    text,
+                },
+            );
         }
         Self {
             hiding,
@@ -188,7 +206,9 @@ impl Making<'_, '_, '_> {
         let (start, end) = (statement.range.start, statement.range.end);
         let shaped = self.scene.carrying(SHAPED);
         let tokens = &self.scene.outline.tokens[file].list[raw.tokens.clone()];
-        let plain = tokens.iter().all(|token| token.kind != TokenKind::Directive);
+        let plain = tokens
+            .iter()
+            .all(|token| token.kind != TokenKind::Directive);
         let shadowless = plain && raw.words.contains(&"shadowless");
         if self.scene.placing.reach_mixed(&raw.words) {
             self.count(file, &statement.range);
@@ -197,7 +217,8 @@ impl Making<'_, '_, '_> {
             return;
         }
         let name = format!("{prefix}v{index}");
-        self.measuring.before(file, start, format!(" #declare {name}="));
+        self.measuring
+            .before(file, start, format!(" #declare {name}="));
         let shape = format!(" looks_like{{sphere{{0,{LIGHT_RADIUS}}}}} ");
         self.measuring.behind(file, end - 1, shape);
         let log = modern(prefix, &format!("{prefix}L(\"{index}\",{name})"));
@@ -226,7 +247,8 @@ impl Making<'_, '_, '_> {
         }
         let _ = write!(text, "#write({prefix}F,\"\\n\")");
         let text = modern(prefix, &text);
-        self.measuring.before(statement.file, statement.range.start, text);
+        self.measuring
+            .before(statement.file, statement.range.start, text);
     }
 
     /// Stated bounds may be too small, and POV-Ray may not keep to them: measured
@@ -235,12 +257,17 @@ impl Making<'_, '_, '_> {
         let outline = self.scene.outline;
         for (file, tokens) in outline.tokens.iter().enumerate() {
             for (at, token) in tokens.list.iter().enumerate() {
-                let brace = tokens.list.get(at + 1).is_some_and(|next| next.is_mark("{"));
+                let brace = tokens
+                    .list
+                    .get(at + 1)
+                    .is_some_and(|next| next.is_mark("{"));
                 if token.kind != TokenKind::Word || token.text != "bounded_by" || !brace {
                     continue;
                 }
                 let close = tokens.partner[at + 1];
-                let plain = tokens.list[at + 2..close].iter().all(|token| is_plain(self.scene, token));
+                let plain = tokens.list[at + 2..close]
+                    .iter()
+                    .all(|token| is_plain(self.scene, token));
                 if plain {
                     let range = token.start..tokens.list[close].end;
                     self.measuring.push(true, file, range, String::new());
@@ -284,7 +311,11 @@ fn modern(prefix: &str, text: &str) -> String {
 
 /// The words of a camera and the text of their values; `None` where it has others
 /// or where they may not be said twice.
-fn camera_words(scene: &Scene<'_, '_>, file: usize, raw: &Raw<'_>) -> Option<Vec<(String, String)>> {
+fn camera_words(
+    scene: &Scene<'_, '_>,
+    file: usize,
+    raw: &Raw<'_>,
+) -> Option<Vec<(String, String)>> {
     let tokens = &scene.outline.tokens[file];
     let twice = |at: usize| is_plain(scene, &tokens.list[at]);
     if !raw.tokens.clone().all(twice) || scene.placing.is_mixed(raw.unit) {
@@ -313,7 +344,9 @@ fn camera_words(scene: &Scene<'_, '_>, file: usize, raw: &Raw<'_>) -> Option<Vec
     let text = &scene.sources.files[file].text;
     let values = words.into_iter().map(|(word, range)| {
         let bytes = tokens.list[range.start].start..tokens.list[range.end.checked_sub(1)?].end;
-        let value = String::from_utf8_lossy(text.get(bytes)?).trim_end_matches(',').to_owned();
+        let value = String::from_utf8_lossy(text.get(bytes)?)
+            .trim_end_matches(',')
+            .to_owned();
         // A comment to the end of its line would hide the bracket.
         (!range.is_empty()).then(|| (word, value + "\n"))
     });

@@ -226,7 +226,9 @@ mod tests {
     fn comments_strings_and_numbers() {
         assert_eq!(
             words("a /* b /* c */ d */ \"e // f\" // g\n#declare h=1e-5*.5; V.x"),
-            ["a", "e // f", "declare", "h", "=", "1e-5", "*", ".5", ";", "V", ".", "x"]
+            [
+                "a", "e // f", "declare", "h", "=", "1e-5", "*", ".5", ";", "V", ".", "x"
+            ]
         );
         assert_eq!(words("#\n /* \" */ // \n declare x"), ["declare", "x"]);
         assert_eq!(words(r#""a\"b" c"#), [r#"a\"b"#, "c"]);
@@ -235,7 +237,9 @@ mod tests {
 
     #[test]
     fn odd_texts_have_faults() {
-        for text in ["2clock", "1.5.x", "\"a", "/* a", "/*/", "# 5", "é", "#", "\"a\\\""] {
+        for text in [
+            "2clock", "1.5.x", "\"a", "/* a", "/*/", "# 5", "é", "#", "\"a\\\"",
+        ] {
             assert!(!lex(text.as_bytes()).faults.is_empty(), "{text}");
         }
     }

@@ -13,6 +13,8 @@ use super::lex::{Kind, Token, lex};
 use super::source::Sources;
 use super::values::{Shape, is_colour, is_global, is_object, value_end};
 
+const NO_PARTNER: &str = "this bracket has no partner";
+
 /// A file's tokens.
 #[derive(Debug, Default)]
 pub struct Tokens<'a> {
@@ -185,23 +187,21 @@ impl<'a> Outline<'a> {
     /// Reads the outline of all files.
     pub fn of(sources: &'a Sources) -> Self {
         let mut outline = Self::default();
-        let mut mismatched = Vec::new();
+        let mut broken_macros = Vec::new();
         for (file, source) in sources.files.iter().enumerate() {
             let lexed = lex(&source.text);
             let faults = lexed.faults.iter().map(|(at, why)| (file, *at, *why));
             outline.faults.extend(faults);
-            let (partner, broken) = partners(&lexed.tokens);
-            mismatched.push(broken);
+            let brackets = Brackets::of(&lexed.tokens);
+            if let Some(token) = brackets.broken {
+                let at = lexed.tokens[token].start;
+                outline.faults.push((file, at, NO_PARTNER));
+            }
+            broken_macros.push(brackets.broken_macros);
             outline.tokens.push(Tokens {
                 list: lexed.tokens,
-                partner,
+                partner: brackets.partner,
             });
-        }
-        for (file, broken) in mismatched.into_iter().enumerate() {
-            if let Some(token) = broken {
-                let at = outline.tokens[file].list[token].start;
-                outline.faults.push((file, at, "this bracket has no partner"));
-            }
         }
         if !outline.faults.is_empty() {
             return outline;
@@ -216,7 +216,8 @@ impl<'a> Outline<'a> {
             }
         }
         for file in 0..sources.files.len() {
-            outline.file(file, &sources.files[file].called, &macros);
+            let walk = Walk::new(file, &macros, &broken_macros[file]);
+            outline.file(walk, &sources.files[file].called);
         }
         for (unit, token, name) in std::mem::take(&mut outline.if_whole) {
             if !outline.makes_whole(name, 0) {
@@ -239,25 +240,16 @@ impl<'a> Outline<'a> {
         units.all(|unit| is_whole(unit.last) && is_whole(unit.always))
     }
 
-    fn file(&mut self, file: usize, names: &'a [String], macros: &HashSet<&'a str>) {
-        let unit = self.unit(file, None);
+    fn file(&mut self, mut walk: Walk<'_, 'a>, names: &'a [String]) {
+        let unit = self.unit(walk.file, None);
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         for name in &names {
             self.called.entry(name).or_default().push(unit);
         }
         self.units[unit].names = names;
-        let end = self.tokens[file].list.len();
-        let mut walk = Walk {
-            macros,
-            file,
-            unit,
-            control: self.units[unit].control,
-            stack: Vec::new(),
-            at: 0,
-            depth: 0,
-            value_until: 0,
-            item_until: 0,
-        };
+        let end = self.tokens[walk.file].list.len();
+        walk.unit = unit;
+        walk.control = self.units[unit].control;
         while walk.at < end {
             walk.step(self);
         }
@@ -316,7 +308,11 @@ impl<'a> Outline<'a> {
     pub fn bytes(&self, raw: &Raw<'_>) -> Range<usize> {
         let tokens = &self.tokens[self.units[raw.unit].file].list;
         let start = tokens.get(raw.tokens.start).map_or(0, |token| token.start);
-        let last = raw.tokens.end.checked_sub(1).and_then(|last| tokens.get(last));
+        let last = raw
+            .tokens
+            .end
+            .checked_sub(1)
+            .and_then(|last| tokens.get(last));
         start..last.map_or(start, |token| token.end)
     }
 
@@ -333,37 +329,95 @@ fn words_of<'a>(tokens: &[Token<'a>], range: Range<usize>) -> Vec<&'a str> {
         _ => false,
     };
     let range = range.start..range.end.min(tokens.len());
-    range.filter(|at| counts(*at)).map(|at| tokens[at].text).collect()
+    range
+        .filter(|at| counts(*at))
+        .map(|at| tokens[at].text)
+        .collect()
 }
 
-/// The partner of each bracket, and the first that has none.
-fn partners(tokens: &[Token<'_>]) -> (Vec<usize>, Option<usize>) {
-    let mut partner: Vec<usize> = (0..tokens.len()).collect();
-    let mut open: Vec<usize> = Vec::new();
-    for (at, token) in tokens.iter().enumerate() {
-        if token.kind != Kind::Mark {
-            continue;
-        }
-        let opening = match token.text {
-            "(" | "[" | "{" => {
-                open.push(at);
-                continue;
-            }
-            ")" => "(",
-            "]" => "[",
-            "}" => "{",
-            _ => continue,
+/// The brackets of a text.
+#[derive(Default)]
+struct Brackets {
+    /// The partner of each bracket; for other tokens their own.
+    partner: Vec<usize>,
+    /// A bracket without partner, outside of all macros.
+    broken: Option<usize>,
+    /// The same in macros, by the `#macro`. What nobody calls may be like that.
+    broken_macros: HashMap<usize, usize>,
+}
+
+impl Brackets {
+    fn of(tokens: &[Token<'_>]) -> Self {
+        let mut found = Self {
+            partner: (0..tokens.len()).collect(),
+            ..Self::default()
         };
-        match open.pop() {
-            Some(other) if tokens[other].text == opening => {
-                partner[at] = other;
-                partner[other] = at;
+        // Open directives (is it a macro?), and the brackets open in each macro.
+        let mut directives: Vec<Option<usize>> = Vec::new();
+        let mut open: Vec<(Option<usize>, Vec<usize>)> = vec![(None, Vec::new())];
+        for (at, token) in tokens.iter().enumerate() {
+            match (token.kind, token.text) {
+                (Kind::Directive, "macro") => {
+                    directives.push(Some(at));
+                    open.push((Some(at), Vec::new()));
+                }
+                (Kind::Directive, "if" | "ifdef" | "ifndef" | "while" | "for" | "switch") => {
+                    directives.push(None);
+                }
+                (Kind::Directive, "end") => {
+                    if let Some(Some(_)) = directives.pop()
+                        && let Some((within, left)) = open.pop()
+                        && let Some(bracket) = left.first()
+                    {
+                        found.without_partner(within, *bracket);
+                    }
+                }
+                (Kind::Mark, "(" | "[" | "{") => {
+                    if let Some((_, open)) = open.last_mut() {
+                        open.push(at);
+                    }
+                }
+                (Kind::Mark, mark @ (")" | "]" | "}")) => {
+                    let Some((within, open)) = open.last_mut() else {
+                        continue;
+                    };
+                    let opening = match mark {
+                        ")" => "(",
+                        "]" => "[",
+                        _ => "{",
+                    };
+                    match open.pop() {
+                        Some(other) if tokens[other].text == opening => {
+                            found.partner[at] = other;
+                            found.partner[other] = at;
+                        }
+                        _ => {
+                            let within = *within;
+                            found.without_partner(within, at);
+                        }
+                    }
+                }
+                _ => {}
             }
-            _ => return (partner, Some(at)),
+        }
+        for (within, left) in open {
+            if let Some(bracket) = left.first() {
+                found.without_partner(within, *bracket);
+            }
+        }
+        found
+    }
+
+    fn without_partner(&mut self, within: Option<usize>, bracket: usize) {
+        match within {
+            Some(definition) => {
+                self.broken_macros.entry(definition).or_insert(bracket);
+            }
+            None => {
+                self.broken.get_or_insert(bracket);
+            }
         }
     }
-    let left = open.first().copied();
-    (partner, left)
 }
 
 /// An open directive.
@@ -378,6 +432,8 @@ struct Open {
 /// A walk through the tokens of a file.
 struct Walk<'m, 'a> {
     macros: &'m HashSet<&'a str>,
+    /// Macros with a bracket without partner.
+    broken: &'m HashMap<usize, usize>,
     file: usize,
     unit: usize,
     control: usize,
@@ -390,7 +446,22 @@ struct Walk<'m, 'a> {
     item_until: usize,
 }
 
-impl<'a> Walk<'_, 'a> {
+impl<'m, 'a> Walk<'m, 'a> {
+    fn new(file: usize, macros: &'m HashSet<&'a str>, broken: &'m HashMap<usize, usize>) -> Self {
+        Self {
+            macros,
+            broken,
+            file,
+            unit: 0,
+            control: 0,
+            stack: Vec::new(),
+            at: 0,
+            depth: 0,
+            value_until: 0,
+            item_until: 0,
+        }
+    }
+
     fn step(&mut self, outline: &mut Outline<'a>) {
         let token = outline.tokens[self.file].list[self.at];
         match token.kind {
@@ -445,7 +516,11 @@ impl<'a> Walk<'_, 'a> {
                 Kind::Mark => !matches!(token.text, "(" | "[" | "{" | ">" | ";"),
                 _ => is_colour(token.text),
             };
-            self.item(outline, Item::Other(self.at), if broken { Tail::Broken } else { Tail::Whole });
+            self.item(
+                outline,
+                Item::Other(self.at),
+                if broken { Tail::Broken } else { Tail::Whole },
+            );
         }
     }
 
@@ -464,7 +539,11 @@ impl<'a> Walk<'_, 'a> {
             "(" | "[" | "{" => self.depth += 1,
             ")" | "]" | "}" => {
                 if self.depth <= self.base() {
-                    self.odd(outline, self.at, "this bracket closes what stands elsewhere");
+                    self.odd(
+                        outline,
+                        self.at,
+                        "this bracket closes what stands elsewhere",
+                    );
                 }
                 self.depth = self.depth.saturating_sub(1);
             }
@@ -506,6 +585,8 @@ impl<'a> Walk<'_, 'a> {
         let mut end = self.at + 1;
         if self.is_mark(outline, end, "{") && (is_object(word) || is_global(word)) {
             end = outline.tokens[self.file].partner[end] + 1;
+        } else if word == "default" {
+            return self.default(outline, self.at);
         } else if self.macros.contains(word) || is_object(word) || is_global(word) {
             return self.other(outline);
         } else {
@@ -513,9 +594,9 @@ impl<'a> Walk<'_, 'a> {
             while self.is_mark(outline, end, "[") {
                 end = outline.tokens[self.file].partner[end] + 1;
             }
-            let alone = self.token(outline, end).is_none_or(|next| {
-                matches!(next.kind, Kind::Directive | Kind::Word)
-            });
+            let alone = self
+                .token(outline, end)
+                .is_none_or(|next| matches!(next.kind, Kind::Directive | Kind::Word));
             if !alone {
                 return self.other(outline);
             }
@@ -579,21 +660,11 @@ impl<'a> Walk<'_, 'a> {
                 if let Some(token) = self.token(outline, self.at) {
                     outline.undefined.insert(token.text);
                     self.assignment(outline, token.text, Vec::new(), self.at);
+                    self.at += 1;
                 }
             }
             "include" => self.include(outline, here),
-            "default" => {
-                let end = match self.is_mark(outline, self.at, "{") {
-                    true => outline.tokens[self.file].partner[self.at] + 1,
-                    false => self.at,
-                };
-                if end == self.at {
-                    self.odd(outline, here, "#default has no braces");
-                }
-                let raw = self.raw(outline, "default", here..end);
-                outline.settings.push(raw);
-                self.value_until = self.value_until.max(end);
-            }
+            "default" => self.default(outline, here),
             "version" => {
                 let value = value_end(&outline.tokens[self.file], self.at, self.macros);
                 let raw = self.raw(outline, "version", here..value.end);
@@ -603,9 +674,32 @@ impl<'a> Walk<'_, 'a> {
             "debug" | "warning" | "error" | "render" | "statistics" => self.message(outline),
             "fopen" | "fclose" | "read" | "write" => {
                 outline.file_access.push((self.unit, here));
+                // #fopen NAME "file" write, #fclose NAME, #write (NAME, …)
+                let end = match name {
+                    "fopen" => self.at + 3,
+                    "fclose" => self.at + 1,
+                    _ if self.is_mark(outline, self.at, "(") => {
+                        outline.tokens[self.file].partner[self.at] + 1
+                    }
+                    _ => self.at,
+                };
+                self.item_until = self.item_until.max(end);
             }
             _ => self.odd(outline, here, "decor does not know this directive"),
         }
+    }
+
+    /// `#default { … }`; the # may be missing.
+    fn default(&mut self, outline: &mut Outline<'a>, here: usize) {
+        let brace = here + 1;
+        if !self.is_mark(outline, brace, "{") {
+            self.odd(outline, here, "#default has no braces");
+            return;
+        }
+        let end = outline.tokens[self.file].partner[brace] + 1;
+        let raw = self.raw(outline, "default", here..end);
+        outline.settings.push(raw);
+        self.value_until = self.value_until.max(end);
     }
 
     /// The words of the condition behind a directive, which is walked through too.
@@ -630,7 +724,11 @@ impl<'a> Walk<'_, 'a> {
         });
         let counter = words.first().copied();
         let is_for = outline.tokens[self.file].list[here].is_directive("for");
-        let rest = if is_for { words[1.min(words.len())..].to_vec() } else { Vec::new() };
+        let rest = if is_for {
+            words[1.min(words.len())..].to_vec()
+        } else {
+            Vec::new()
+        };
         let outer = self.control;
         self.control = outline.controls.len();
         outline.controls.push(Control {
@@ -657,7 +755,11 @@ impl<'a> Walk<'_, 'a> {
     fn check_depth(&self, outline: &mut Outline<'a>, here: usize) {
         match self.stack.last() {
             Some(open) if open.depth == self.depth && open.name != "macro" => {}
-            Some(_) => self.odd(outline, here, "brackets open and close in different branches"),
+            Some(_) => self.odd(
+                outline,
+                here,
+                "brackets open and close in different branches",
+            ),
             None => self.odd(outline, here, "this directive continues nothing"),
         }
     }
@@ -668,7 +770,11 @@ impl<'a> Walk<'_, 'a> {
             return;
         };
         if open.depth != self.depth {
-            self.odd(outline, here, "brackets open and close in different branches");
+            self.odd(
+                outline,
+                here,
+                "brackets open and close in different branches",
+            );
             self.depth = open.depth;
         }
         self.control = open.control;
@@ -708,7 +814,9 @@ impl<'a> Walk<'_, 'a> {
     }
 
     fn define(&mut self, outline: &mut Outline<'a>, here: usize) {
-        let name = self.token(outline, self.at).filter(|t| t.kind == Kind::Word);
+        let name = self
+            .token(outline, self.at)
+            .filter(|t| t.kind == Kind::Word);
         let (Some(name), true) = (name, self.is_mark(outline, self.at + 1, "(")) else {
             self.odd(outline, here, "this macro has no name");
             return;
@@ -731,19 +839,33 @@ impl<'a> Walk<'_, 'a> {
         self.unit = unit;
         self.control = outline.units[unit].control;
         self.at = close + 1;
+        if let Some(bracket) = self.broken.get(&here) {
+            self.odd(outline, *bracket, NO_PARTNER);
+        }
     }
 
     fn assign(&mut self, outline: &mut Outline<'a>, here: usize, local: bool) {
-        if self.token(outline, self.at).is_some_and(|t| t.text == "deprecated") {
+        if self
+            .token(outline, self.at)
+            .is_some_and(|t| t.text == "deprecated")
+        {
             self.at += 1;
-            if self.token(outline, self.at).is_some_and(|t| t.text == "once") {
+            if self
+                .token(outline, self.at)
+                .is_some_and(|t| t.text == "once")
+            {
                 self.at += 1;
             }
-            if self.token(outline, self.at).is_some_and(|t| t.kind == Kind::Text) {
+            if self
+                .token(outline, self.at)
+                .is_some_and(|t| t.kind == Kind::Text)
+            {
                 self.at += 1;
             }
         }
-        let name = self.token(outline, self.at).filter(|t| t.kind == Kind::Word);
+        let name = self
+            .token(outline, self.at)
+            .filter(|t| t.kind == Kind::Word);
         let Some(name) = name else {
             self.odd(outline, here, "this declaration has no name");
             return;
@@ -775,7 +897,13 @@ impl<'a> Walk<'_, 'a> {
         self.at = at + 1;
     }
 
-    fn assignment(&self, outline: &mut Outline<'a>, name: &'a str, words: Vec<&'a str>, token: usize) {
+    fn assignment(
+        &self,
+        outline: &mut Outline<'a>,
+        name: &'a str,
+        words: Vec<&'a str>,
+        token: usize,
+    ) {
         outline.units[self.unit].words.insert(name);
         outline.assignments.push(Assignment {
             name,
@@ -787,7 +915,10 @@ impl<'a> Walk<'_, 'a> {
     }
 
     fn include(&mut self, outline: &mut Outline<'a>, here: usize) {
-        let Some(name) = self.token(outline, self.at).filter(|t| t.kind == Kind::Text) else {
+        let Some(name) = self
+            .token(outline, self.at)
+            .filter(|t| t.kind == Kind::Text)
+        else {
             self.odd(outline, here, "the name of the file is computed");
             return;
         };

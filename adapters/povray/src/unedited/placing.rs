@@ -38,7 +38,9 @@ impl<'o, 'a> Placing<'o, 'a> {
             Some(outline.units[*unit].file) == sources.header && !outline.units[*unit].is_macro
         };
         let calls = reach(outline);
-        let roots: Vec<usize> = (0..count).filter(|unit| *unit == 0 || header(unit)).collect();
+        let roots: Vec<usize> = (0..count)
+            .filter(|unit| *unit == 0 || header(unit))
+            .collect();
         for root in roots {
             placing.scene[root] = true;
             placing.used[root] = true;
@@ -50,10 +52,12 @@ impl<'o, 'a> Placing<'o, 'a> {
 
         for (index, unit) in outline.units.iter().enumerate() {
             if placing.scene[index] && placing.used[index] {
-                placing.live.extend(unit.items.iter().filter_map(|item| match item {
-                    Item::Statement(raw) => Some(raw),
-                    _ => None,
-                }));
+                placing
+                    .live
+                    .extend(unit.items.iter().filter_map(|item| match item {
+                        Item::Statement(raw) => Some(raw),
+                        _ => None,
+                    }));
             }
         }
         let mixed: HashSet<usize> = (0..count).filter(|unit| placing.is_mixed(*unit)).collect();
@@ -105,7 +109,9 @@ impl<'o, 'a> Placing<'o, 'a> {
     where
         'a: 'w,
     {
-        words.into_iter().any(|word| self.reaching_mixed.contains(word))
+        words
+            .into_iter()
+            .any(|word| self.reaching_mixed.contains(word))
     }
 
     /// Values that stand in the scene and within which such macros are executed:
@@ -132,7 +138,10 @@ impl<'o, 'a> Placing<'o, 'a> {
 pub fn reach(outline: &Outline<'_>) -> Vec<HashSet<usize>> {
     let direct = |unit: usize| {
         let words = outline.units[unit].words.iter();
-        words.filter_map(|word| outline.called.get(word)).flatten().copied()
+        words
+            .filter_map(|word| outline.called.get(word))
+            .flatten()
+            .copied()
     };
     let all = (0..outline.units.len()).map(|unit| {
         let mut open: Vec<usize> = direct(unit).collect();

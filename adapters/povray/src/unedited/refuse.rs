@@ -32,7 +32,10 @@ const ASKING: &[&str] = &["min_extent", "max_extent", "trace", "inside"];
 /// A refusal at a place in a file.
 pub fn at(sources: &Sources, file: usize, byte: usize, reason: impl Into<String>) -> Refusal {
     Refusal {
-        file: sources.files.get(file).map_or_else(String::new, |file| file.name.clone()),
+        file: sources
+            .files
+            .get(file)
+            .map_or_else(String::new, |file| file.name.clone()),
         line: sources.line(file, byte),
         reason: reason.into(),
     }
@@ -157,7 +160,9 @@ impl<'a> Scene<'_, 'a> {
             for (word, reason) in UNKNOWABLE {
                 if unit.words.contains(word) {
                     let tokens = &self.outline.tokens[unit.file].list;
-                    let is = |at: &usize| tokens[*at].kind == TokenKind::Word && tokens[*at].text == *word;
+                    let is = |at: &usize| {
+                        tokens[*at].kind == TokenKind::Word && tokens[*at].text == *word
+                    };
                     let token = (unit.start..tokens.len()).find(is).unwrap_or(unit.start);
                     found.push(self.token(index, token, format!("{reason} (`{word}`)")));
                 }
@@ -185,6 +190,11 @@ impl<'a> Scene<'_, 'a> {
         let lit = self.carrying(&["light_source"]);
         let inverse = self.carrying(&["inverse"]);
         let bounded = self.carrying(&["bounded_by"]);
+        // Its surface has an end, but all around is inside of it.
+        let filled = ["fog", "rainbow", "media"]
+            .iter()
+            .any(|word| self.uses(word));
+        let interior = self.carrying(&["interior", "material", "refraction", "ior"]);
         for raw in &self.placing.live {
             let Some(why) = self.clock.why(raw) else {
                 continue;
@@ -197,7 +207,7 @@ impl<'a> Scene<'_, 'a> {
                 _ if lit.concerns(raw) || raw.keyword == "light_group" => {
                     format!("a light is a part of what moves: {why}")
                 }
-                _ if inverse.concerns(raw) => {
+                _ if inverse.concerns(raw) && (filled || interior.concerns(raw)) => {
                     format!("what moves may be everything but an object (inverse): {why}")
                 }
                 // Whether POV-Ray keeps to bounds that are too small depends.
@@ -253,7 +263,9 @@ impl<'a> Scene<'_, 'a> {
         for (statement, raw) in self.parts() {
             let reason = match &statement.kind {
                 Kind::Light if shaped.concerns(raw) => "a light is no point",
-                Kind::Light if self.placing.is_mixed(raw.unit) => "a light may be a part of an object",
+                Kind::Light if self.placing.is_mixed(raw.unit) => {
+                    "a light may be a part of an object"
+                }
                 Kind::Object(_) if lit.concerns(raw) => "a light is a part of an object",
                 Kind::Object(_) if self.asks() && bounded.concerns(raw) => {
                     "an object has stated bounds, and the scene asks for bounds"

@@ -136,7 +136,11 @@ impl Sources {
         Ok(sources)
     }
 
-    fn add(&mut self, path: PathBuf, library: impl Fn(&Path) -> bool) -> Result<usize, AdapterError> {
+    fn add(
+        &mut self,
+        path: PathBuf,
+        library: impl Fn(&Path) -> bool,
+    ) -> Result<usize, AdapterError> {
         if let Some(known) = self.files.iter().position(|file| file.path == path) {
             return Ok(known);
         }
@@ -158,7 +162,9 @@ impl Sources {
             let mut texts = self.files.iter().map(|file| &file.text);
             texts.any(|text| text.windows(prefix.len()).any(|piece| piece == prefix))
         };
-        let free = (0..).map(|k| format!("decor{k}_")).find(|prefix| !taken(prefix));
+        let free = (0..)
+            .map(|k| format!("decor{k}_"))
+            .find(|prefix| !taken(prefix));
         self.prefix = free.unwrap_or_default();
     }
 
@@ -243,7 +249,10 @@ impl Sources {
             if !pair[0].is_directive("include") || pair[1].kind != Kind::Text {
                 continue;
             }
-            let target = self.files.iter().position(|f| f.called.iter().any(|c| c == pair[1].text));
+            let target = self
+                .files
+                .iter()
+                .position(|f| f.called.iter().any(|c| c == pair[1].text));
             if let Some(target) = target.filter(|target| copied.contains(target)) {
                 edits.push(Edit {
                     file,
@@ -279,7 +288,10 @@ fn apply(text: &[u8], edits: &[&Edit]) -> Vec<u8> {
 
 /// A place for people: `scene.pov:12`.
 pub(super) fn place(sources: &Sources, file: usize, at: usize) -> String {
-    let mut text = sources.files.get(file).map_or_else(String::new, |f| f.name.clone());
+    let mut text = sources
+        .files
+        .get(file)
+        .map_or_else(String::new, |f| f.name.clone());
     let _ = write!(text, ":{}", sources.line(file, at));
     text
 }

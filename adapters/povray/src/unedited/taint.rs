@@ -129,7 +129,10 @@ impl<'o, 'a> Taint<'o, 'a> {
             return Some(format!("it is made with {}", self.told(cause, LONGEST)));
         }
         let cause = self.governed(raw.control)?;
-        Some(format!("whether it is there depends on {}", self.told(cause, LONGEST)))
+        Some(format!(
+            "whether it is there depends on {}",
+            self.told(cause, LONGEST)
+        ))
     }
 
     /// Does a statement depend on the roots?
@@ -146,13 +149,24 @@ impl<'o, 'a> Taint<'o, 'a> {
                     self.rand
                 } else {
                     let own = self.own.get(&(unit, word));
-                    self.names.get(word).or(own).or_else(|| self.seen.get(word)).copied()
+                    self.names
+                        .get(word)
+                        .or(own)
+                        .or_else(|| self.seen.get(word))
+                        .copied()
                 };
                 (format!("`{word}`"), why)
             }
             Cause::Run(unit) => {
-                let name = self.outline.units[unit].names.first().copied().unwrap_or("the scene");
-                (format!("whether `{name}` is run"), self.run.get(&unit).copied())
+                let name = self.outline.units[unit]
+                    .names
+                    .first()
+                    .copied()
+                    .unwrap_or("the scene");
+                (
+                    format!("whether `{name}` is run"),
+                    self.run.get(&unit).copied(),
+                )
             }
         };
         match why {
@@ -213,7 +227,10 @@ impl<'o, 'a> Taint<'o, 'a> {
             if !self.used[index] {
                 continue;
             }
-            let word = unit.words.iter().find(|word| self.depends_always(word, index));
+            let word = unit
+                .words
+                .iter()
+                .find(|word| self.depends_always(word, index));
             let mut cause = word.map(|word| Cause::Word(word, index));
             if let Some(control) = unit.defined_in {
                 cause = cause.or_else(|| self.governed(control));
@@ -258,7 +275,11 @@ impl<'o, 'a> Taint<'o, 'a> {
                 news |= self.write_back(written, call.unit, Why { at, by });
             }
         }
-        let callees = self.outline.called.get(call.callee).map_or(&[][..], Vec::as_slice);
+        let callees = self
+            .outline
+            .called
+            .get(call.callee)
+            .map_or(&[][..], Vec::as_slice);
         for callee in callees {
             if let Some(by) = governed {
                 news |= self.run.insert(*callee, Why { at, by }).is_none();
@@ -314,7 +335,8 @@ impl<'o, 'a> Taint<'o, 'a> {
         let mut found = Vec::new();
         for ((unit, name), why) in &self.own {
             let free = |callee: &usize| {
-                self.outline.units[*callee].words.contains(name) && !self.outline.owns(*callee, name)
+                self.outline.units[*callee].words.contains(name)
+                    && !self.outline.owns(*callee, name)
             };
             if !self.seen.contains_key(name) && self.calls[*unit].iter().any(free) {
                 found.push((*name, *why));

@@ -13,16 +13,54 @@ use super::outline::Tokens;
 
 /// Words that begin an object.
 const OBJECTS: &[&str] = &[
-    "sphere", "box", "cone", "cylinder", "torus", "union", "merge", "intersection", "difference",
-    "object", "plane", "disc", "triangle", "smooth_triangle", "mesh", "mesh2", "blob", "text",
-    "height_field", "isosurface", "parametric", "julia_fractal", "lathe", "sor", "prism", "poly",
-    "polygon", "polynomial", "quadric", "cubic", "quartic", "superellipsoid", "bicubic_patch",
-    "sphere_sweep", "light_group", "ovus", "composite",
+    "sphere",
+    "box",
+    "cone",
+    "cylinder",
+    "torus",
+    "union",
+    "merge",
+    "intersection",
+    "difference",
+    "object",
+    "plane",
+    "disc",
+    "triangle",
+    "smooth_triangle",
+    "mesh",
+    "mesh2",
+    "blob",
+    "text",
+    "height_field",
+    "isosurface",
+    "parametric",
+    "julia_fractal",
+    "lathe",
+    "sor",
+    "prism",
+    "poly",
+    "polygon",
+    "polynomial",
+    "quadric",
+    "cubic",
+    "quartic",
+    "superellipsoid",
+    "bicubic_patch",
+    "sphere_sweep",
+    "light_group",
+    "ovus",
+    "composite",
 ];
 
 /// Words that begin what concerns the whole scene.
 const GLOBALS: &[&str] = &[
-    "light_source", "camera", "background", "fog", "sky_sphere", "rainbow", "global_settings",
+    "light_source",
+    "camera",
+    "background",
+    "fog",
+    "sky_sphere",
+    "rainbow",
+    "global_settings",
     "media",
 ];
 
@@ -71,7 +109,11 @@ pub struct Value<'a> {
 pub fn value_end<'a>(tokens: &Tokens<'a>, at: usize, macros: &HashSet<&str>) -> Value<'a> {
     let list = &tokens.list;
     let is = |at: usize, mark: &str| list.get(at).is_some_and(|t| t.is_mark(mark));
-    let word = |at: usize| list.get(at).filter(|t| t.kind == Kind::Word).map(|t| t.text);
+    let word = |at: usize| {
+        list.get(at)
+            .filter(|t| t.kind == Kind::Word)
+            .map(|t| t.text)
+    };
     let behind = |at: usize| tokens.partner[at] + 1;
     let block = match word(at) {
         Some(first) if is(at + 1, "{") && !macros.contains(first) => {
@@ -229,8 +271,9 @@ mod tests {
             match token.text {
                 "(" | "[" | "{" => open.push(at),
                 ")" | "]" | "}" => {
-                    let other = open.pop().expect("it is open");
-                    (partner[at], partner[other]) = (other, at);
+                    if let Some(other) = open.pop() {
+                        (partner[at], partner[other]) = (other, at);
+                    }
                 }
                 _ => {}
             }
@@ -269,14 +312,23 @@ mod tests {
             assert_eq!(ended(text), (rest.to_owned(), true), "{text}");
         }
         for (text, name) in [
-            ("M(1) N(2)", "M"), ("2*M(1) sphere {}", "M"), ("M(1) #if(C) 2 #end", "M"),
+            ("M(1) N(2)", "M"),
+            ("2*M(1) sphere {}", "M"),
+            ("M(1) #if(C) 2 #end", "M"),
         ] {
             let found = tokens(text);
             let value = value_end(&found, 0, &HashSet::from(["M", "N"]));
             assert_eq!(value.shape, Shape::IfWhole(name), "{text}");
         }
         for text in [
-            "M(1) texture { T }", "1 + #if(C) 2 #end", "#if(C) 2 #end", "rgb #if(C) 1 #end", "1 2", "transform T;", "M() { 1 }", "1 +;",
+            "M(1) texture { T }",
+            "1 + #if(C) 2 #end",
+            "#if(C) 2 #end",
+            "rgb #if(C) 1 #end",
+            "1 2",
+            "transform T;",
+            "M() { 1 }",
+            "1 +;",
         ] {
             assert!(!ended(text).1, "{text}");
         }
