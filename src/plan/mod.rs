@@ -153,6 +153,21 @@ pub enum FramePlan {
     },
 }
 
+impl FramePlan {
+    /// Is the frame its décor, and nothing has to be rendered for it?
+    pub fn is_decor(&self) -> bool {
+        match self {
+            Self::Whole => false,
+            Self::Layered {
+                fast,
+                blocks,
+                sky,
+                shadows,
+            } => fast.is_empty() && blocks.is_empty() && !sky && shadows.is_none(),
+        }
+    }
+}
+
 /// Where what moves may shade the décor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowPlan {

@@ -16,13 +16,8 @@ use super::influenced::Blocks;
 use super::shading::Shades;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::influence::may_shade;
-use crate::plan::{BlockSet, FramePlan, Mode, Period, seen_in};
-
-/// Pixels of layers that one chunk holds at once, at most.
-const CHUNK_PIXELS: usize = 12 << 20;
-
-/// Frames in one call, at most: an error should not cost an hour.
-const CHUNK_FRAMES: usize = 50;
+use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_length, seen_in};
+use crate::probe::cores;
 
 /// Layers by pass and frame; a frame may have several windows of a pass.
 pub type Layers = HashMap<(Pass, u32), Vec<Layer>>;
@@ -53,8 +48,9 @@ impl Execution<'_> {
             .max()
             .unwrap_or(1)
             .max(1);
-        let longest = (CHUNK_PIXELS / heaviest).clamp(1, CHUNK_FRAMES);
-        let length = left.len().div_ceil(self.jobs).clamp(1, longest);
+        let calls = period.frames.iter().any(|frame| !frame.is_decor());
+        let parts = if calls { self.jobs } else { cores() };
+        let length = chunk_length(left.len(), heaviest as f64, parts);
         let mut chunks: Vec<Range<u32>> = Vec::new();
         for number in left {
             match chunks.last_mut() {

@@ -35,11 +35,13 @@ pub fn jobs(stage: &Stage) -> usize {
 }
 
 /// Frames in a chunk of a period of `frames`, of which the heaviest holds so
-/// many pixels of layers.
-pub fn chunk_length(frames: usize, heaviest_px: f64, jobs: usize) -> usize {
+/// many pixels of layers. `parts`: chunks that are of use, the calls at once, or
+/// the cores where nothing is called: those who wait for a décor only keep other
+/// décors waiting.
+pub fn chunk_length(frames: usize, heaviest_px: f64, parts: usize) -> usize {
     let longest = (CHUNK_PIXELS / heaviest_px.max(1.0)) as usize;
     let longest = longest.clamp(1, CHUNK_FRAMES);
-    frames.div_ceil(jobs.max(1)).clamp(1, longest)
+    frames.div_ceil(parts.max(1)).clamp(1, longest)
 }
 
 /// Something that takes time: it sleeps, then computes.
@@ -116,7 +118,9 @@ fn tasks(costs: &Costs, period: usize, work: &Work, jobs: usize, cores: usize) -
         own_s: costs.encode_pixel_s * work.ground_encoded,
     }];
     let heaviest = work.frames.iter().map(held).fold(1.0, f64::max);
-    let length = chunk_length(work.frames.len(), heaviest, jobs);
+    let calls = work.frames.iter().any(|frame| !frame.pictures.is_empty());
+    let parts = if calls { jobs } else { cores };
+    let length = chunk_length(work.frames.len(), heaviest, parts);
     for frames in work.frames.chunks(length) {
         let mut groups: BTreeMap<(Pass, u32, u32), Vec<Picture>> = BTreeMap::new();
         for picture in frames.iter().flat_map(|frame| &frame.pictures) {
