@@ -24,6 +24,7 @@ Examples:
   decor explain plane.anim --frame 12
   decor explain plane.anim --frame 12 -o why.png
   decor explain ladybirds.anim --frame 3 --object ladybird_007 --threshold 4
+  decor explain scene.ini                          (any POV-Ray animation)
 
 The motions are upper bounds, from the first frame of the period to this one.")]
 pub struct ExplainArgs {
@@ -31,9 +32,9 @@ pub struct ExplainArgs {
     film: FilmArgs,
     #[command(flatten)]
     wishes: PlanWishes,
-    /// Which frame.
+    /// Which frame; of a plain POV-Ray scene, all if it is left out.
     #[arg(long, value_name = "N")]
-    frame: u32,
+    frame: Option<u32>,
     /// Only this object.
     #[arg(long, value_name = "NAME")]
     object: Option<String>,
@@ -71,8 +72,11 @@ struct ExplainSummary {
 /// Runs the verb.
 pub fn run(args: &ExplainArgs) -> Result<Status, Failure> {
     if super::plain::names_plain(&args.film) {
-        return Err(super::plain::explain());
+        return super::plain_explain::explain(&args.film, &args.wishes, args.frame, args.json);
     }
+    let frame = args
+        .frame
+        .ok_or_else(|| Failure::usage("which frame? (--frame N)"))?;
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;
     let frames = args.film.wanted(&stage.film);
@@ -81,8 +85,8 @@ pub fn run(args: &ExplainArgs) -> Result<Status, Failure> {
         args.wishes.wishes(frames, false),
         &crate::probe::known(&stage, &crate::objects::Cache::open()).costs,
     )?;
-    let Some(mut explanation) = explain(&stage, &plan, args.frame) else {
-        let asked = (args.frame, args.frame);
+    let Some(mut explanation) = explain(&stage, &plan, frame) else {
+        let asked = (frame, frame);
         return Err(crate::plan::PlanError::NoSuchFrames {
             film: frames,
             asked,
@@ -93,8 +97,7 @@ pub fn run(args: &ExplainArgs) -> Result<Status, Failure> {
         explanation.objects.retain(|object| object.name == *name);
         if explanation.objects.is_empty() {
             return Err(Failure::usage(format!(
-                "frame {} has no object `{name}`",
-                args.frame
+                "frame {frame} has no object `{name}`"
             )));
         }
     }

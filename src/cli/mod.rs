@@ -18,6 +18,8 @@ mod failure;
 mod film_args;
 mod manual;
 mod plain;
+mod plain_explain;
+mod plain_plan;
 mod plan;
 mod progress;
 mod render;

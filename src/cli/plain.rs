@@ -15,7 +15,7 @@ use super::{Failure, Status, print_json};
 use crate::animation::write_apng;
 use crate::frames::write_safely;
 use crate::job::log::{JobLog, finished};
-use crate::plain::{Options, most_jobs, render};
+use crate::plain::{Done, Look, Options, Way, most_jobs, render};
 use crate::plan::Mode;
 use crate::render::TracedPixels;
 use crate::report::Clock;
@@ -59,6 +59,10 @@ struct PlainSummary {
     periods: Vec<PlainPeriod>,
     /// Why the frames were rendered in order, if they were.
     in_order: Option<String>,
+    /// Why the frames were rendered whole, in the mode exact.
+    rendered_whole: Vec<String>,
+    /// The share of blocks that may change, where it was found out.
+    dirty_blocks: Option<f64>,
     wall_s: f64,
     cpu_s: f64,
     renderer_calls: u64,
@@ -69,13 +73,14 @@ struct PlainSummary {
     job: String,
 }
 
-/// All frames of a plain scene: nothing is kept from one to the next.
+/// All frames of a plain scene.
 #[derive(Serialize)]
 struct PlainPeriod {
     start: u32,
     length: u64,
     objects: NoObjects,
-    whole: String,
+    /// Why nothing is kept from one frame to the next; null where something is.
+    whole: Option<String>,
 }
 
 #[derive(Default, Serialize)]
@@ -93,26 +98,6 @@ struct FrameLine<'a> {
     file: &'a Path,
 }
 
-#[derive(Serialize)]
-#[serde(tag = "type", rename = "summary")]
-struct PlainPlan<'a> {
-    film: String,
-    mode: &'static str,
-    frames: u64,
-    first_frame: u32,
-    last_frame: u32,
-    frame_step: u32,
-    width: u32,
-    height: u32,
-    renderer: &'static str,
-    first_file: String,
-    last_file: String,
-    jobs: usize,
-    in_order: Option<&'a str>,
-    files: &'a [PathBuf],
-    options: Vec<String>,
-}
-
 const WHOLE: &str = "a plain POV-Ray scene";
 
 /// Does the film argument name a plain scene?
@@ -120,23 +105,15 @@ pub fn names_plain(film: &FilmArgs) -> bool {
     is_plain(&film.film)
 }
 
-/// `decor explain` of a plain scene.
-pub fn explain() -> Failure {
-    Failure::usage(
-        "decor explain does not know the objects of a plain POV-Ray scene yet: \
-         its frames are rendered whole (decor plan says how)",
-    )
-}
-
-/// Options that ask for more than frame by frame.
-fn check(film: &FilmArgs, wishes: &PlanWishes) -> Result<(), Failure> {
+/// Options that a plain scene has no use for.
+pub fn check(film: &FilmArgs, wishes: &PlanWishes) -> Result<(), Failure> {
     let refused = |what: &str| {
         Err(Failure::usage(format!(
-            "{what}: a plain POV-Ray scene is rendered frame by frame by POV-Ray (--mode full)"
+            "{what}: the frames of a plain POV-Ray scene are POV-Ray's own (--mode exact or full)"
         )))
     };
     match wishes.mode {
-        None | Some(Mode::Full) => {}
+        None | Some(Mode::Exact | Mode::Full) => {}
         Some(mode) => return refused(&format!("--mode {mode}")),
     }
     if wishes.threshold.is_some() {
@@ -152,7 +129,7 @@ fn check(film: &FilmArgs, wishes: &PlanWishes) -> Result<(), Failure> {
 }
 
 /// The frames that are asked for.
-fn wanted(film: &FilmArgs, scene: &PlainScene) -> Result<BTreeSet<u32>, Failure> {
+pub fn wanted(film: &FilmArgs, scene: &PlainScene) -> Result<BTreeSet<u32>, Failure> {
     let (first, last) = (scene.frames.first, scene.frames.last);
     let Some((a, b)) = film.frames else {
         return Ok(scene.frames.numbers().collect());
@@ -175,67 +152,12 @@ fn wanted(film: &FilmArgs, scene: &PlainScene) -> Result<BTreeSet<u32>, Failure>
     Ok(frames)
 }
 
-/// `decor plan` of a plain scene.
-pub fn plan(film: &FilmArgs, wishes: &PlanWishes, json: bool) -> Result<Status, Failure> {
-    check(film, wishes)?;
-    let povray = PovRay::find()?;
-    let scene = povray.plain(&film.film, &film.switches, None)?;
-    let frames = wanted(film, &scene)?;
-    let (first, last) = ends(&frames);
-    let in_order = reason(&scene);
-    // At most; fewer where frames turn out to keep the cores busy.
-    let jobs = match in_order {
-        Some(_) => 1,
-        None => most_jobs(&scene, povray.abilities().jobs).min(frames.len()),
-    };
-    let plan = PlainPlan {
-        film: film.film.display().to_string(),
-        mode: "full",
-        frames: frames.len() as u64,
-        first_frame: first,
-        last_frame: last,
-        frame_step: scene.frames.step,
-        width: scene.size.0,
-        height: scene.size.1,
-        renderer: "povray",
-        first_file: scene.name(first),
-        last_file: scene.name(last),
-        jobs,
-        in_order,
-        files: &scene.files,
-        options: scene.found(),
-    };
-    if json {
-        print_json(&plan)?;
-        return Ok(Status::Done);
-    }
-    say!(
-        "{} frames of {} by {} pixels, {} to {}: rendered whole (mode full)",
-        plan.frames,
-        plan.width,
-        plan.height,
-        plan.first_file,
-        plan.last_file
-    );
-    match in_order {
-        Some(reason) => say!("in order, by one POV-Ray: {reason}"),
-        None => say!("by up to {jobs} POV-Rays at once: no frame needs another one"),
-    }
-    for file in plan.files {
-        say!("  reads {}", file.display());
-    }
-    for option in &plan.options {
-        say!("  {option}");
-    }
-    Ok(Status::Done)
-}
-
-fn ends(frames: &BTreeSet<u32>) -> (u32, u32) {
+pub fn ends(frames: &BTreeSet<u32>) -> (u32, u32) {
     let first = frames.first().copied().unwrap_or_default();
     (first, frames.last().copied().unwrap_or(first))
 }
 
-fn reason(scene: &PlainScene) -> Option<&str> {
+pub fn reason(scene: &PlainScene) -> Option<&str> {
     match &scene.order {
         Order::Free => None,
         Order::Chained(reason) | Order::OwnPictures(reason) => Some(reason),
@@ -275,6 +197,14 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
     if let (Some(reason), false) = (in_order, args.quiet) {
         eprintln!("decor: rendered in order, by one POV-Ray: {reason}");
     }
+    let way = match (args.baseline, args.wishes.mode) {
+        (true, _) => Way::Stock,
+        (false, Some(Mode::Full)) => Way::Whole,
+        _ => Way::Coherent {
+            look: Box::new(Look::at(&povray, &scene)?),
+            always: args.wishes.no_fallback,
+        },
+    };
     let options = Options {
         out: args.out.to_owned(),
         jobs: args.jobs.map(usize::from),
@@ -283,7 +213,7 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
         timeout: args.film.timeout(),
         cancel,
         wanted: frames.difference(&kept).copied().collect(),
-        stock: args.baseline,
+        way,
     };
     let progress = Progress::new(options.wanted.len() as u64, args.quiet || args.json);
     let watch = |frame: u32, file: &Path| {
@@ -294,12 +224,13 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
             let _ = print_json(&FrameLine { frame, file });
         }
     };
-    let done = render(&scene, &options, &watch);
+    let done = render(&povray, &scene, &options, &watch);
     progress.finish();
     let done = done?;
     // Only an interrupted run needs it.
     log.end();
     let pixels = u64::from(scene.size.0) * u64::from(scene.size.1);
+    let (mode, whole) = mode_of(args, &options, &done);
     let summary = PlainSummary {
         decor: env!("CARGO_PKG_VERSION"),
         film: args.film.film.display().to_string(),
@@ -319,15 +250,18 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
             start: first,
             length: frames.len() as u64,
             objects: NoObjects::default(),
-            whole: WHOLE.into(),
+            whole,
         }],
         in_order: in_order.map(str::to_owned),
+        rendered_whole: done.whole,
+        dirty_blocks: done.dirty,
         wall_s: clock.wall_s(),
         cpu_s: clock.cpu_s(),
         renderer_calls: done.calls,
         renderer_frames: done.pictures,
         pixels_traced: TracedPixels {
-            whole: done.pictures * pixels,
+            whole: done.whole_pixels,
+            blocks: done.block_pixels,
             ..Default::default()
         },
         pixels_full: frames.len() as u64 * pixels,
@@ -346,6 +280,13 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
     if args.json {
         print_json(&summary)?;
     } else if !args.quiet {
+        for reason in &summary.rendered_whole {
+            eprintln!("decor: rendered whole: {reason}");
+        }
+        if let (Some(dirty), "exact") = (summary.dirty_blocks, mode) {
+            let percent = 100.0 * dirty;
+            eprintln!("decor: {percent:.1} % of the blocks may change from frame to frame");
+        }
         eprintln!(
             "decor: {} frames in {} ({mode}, povray {}): {:.1} s, {:.1} s of CPU, {} calls",
             summary.frames,
@@ -357,4 +298,17 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
         );
     }
     Ok(Status::Done)
+}
+
+/// What was done in the end, and why nothing was kept, if so.
+fn mode_of(args: &PlainArgs<'_>, options: &Options, done: &Done) -> (&'static str, Option<String>) {
+    match options.way {
+        Way::Stock => ("baseline", Some(WHOLE.into())),
+        Way::Coherent { .. } if done.whole.is_empty() && done.dirty.is_some() => ("exact", None),
+        _ => {
+            let why = done.whole.first().cloned();
+            let why = why.or_else(|| args.wishes.mode.map(|mode| format!("--mode {mode}")));
+            ("full", Some(why.unwrap_or_else(|| WHOLE.into())))
+        }
+    }
 }

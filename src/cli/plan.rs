@@ -92,7 +92,7 @@ struct PlanSummary {
 /// Runs the verb.
 pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     if super::plain::names_plain(&args.film) {
-        return super::plain::plan(&args.film, &args.wishes, args.json);
+        return super::plain_plan::plan(&args.film, &args.wishes, args.probe, args.json);
     }
     let cancel = cancelled_by_ctrl_c();
     let stage = args.film.stage(&cancel)?;

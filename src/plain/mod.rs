@@ -6,23 +6,28 @@
 //! write lies in their working folders until they have ended well and the
 //! pictures are whole; then it is renamed into place.
 
+mod coherent;
+mod delivery;
 mod pace;
+mod pool;
 mod queue;
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use decor_api::{AdapterError, RunContext, Tally};
+use decor_api::{RunContext, Tally};
+use decor_povray::PovRay;
 use decor_povray::plain::{Order, Part, PlainScene};
 
-use crate::frames::write_safely;
 use crate::render::{RenderError, Watch, WorkFolder};
-use crate::report::Clock;
+use delivery::Delivery;
 use pace::Pace;
-use queue::Queue;
+use pool::{Workers, pool};
+
+pub use coherent::{Costs, Forecast, Look, forecast};
 
 /// How to render.
 #[derive(Clone, Debug)]
@@ -41,17 +46,41 @@ pub struct Options {
     pub cancel: Arc<AtomicBool>,
     /// The frames that are wanted.
     pub wanted: BTreeSet<u32>,
+    /// How.
+    pub way: Way,
+}
+
+/// How frames are made; they are the same.
+#[derive(Clone, Debug)]
+pub enum Way {
     /// One call, with as many threads as the user's options and POV-Ray say.
-    pub stock: bool,
+    Stock,
+    /// Each frame whole, or in order where they depend on each other.
+    Whole,
+    /// What is the same in several frames once, where that pays.
+    Coherent {
+        /// What the scene's text says.
+        look: Box<Look>,
+        /// Also where it does not pay.
+        always: bool,
+    },
 }
 
 /// What was done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Done {
     /// Calls of POV-Ray.
     pub calls: u64,
     /// Pictures in them.
     pub pictures: u64,
+    /// Pixels of frames that were traced whole.
+    pub whole_pixels: u64,
+    /// Pixels of blocks that were traced in the others, and to know which.
+    pub block_pixels: u64,
+    /// The share of blocks that may change, where it was found out.
+    pub dirty: Option<f64>,
+    /// Why frames were rendered whole, if they were.
+    pub whole: Vec<String>,
 }
 
 /// Processes at once, at most, where nobody says otherwise: as many as the
@@ -71,6 +100,7 @@ pub fn most_jobs(scene: &PlainScene, small_pictures: usize) -> usize {
 /// # Errors
 /// The first thing that went wrong; frames that were finished before stay.
 pub fn render(
+    povray: &PovRay,
     scene: &PlainScene,
     options: &Options,
     watch: Watch<'_>,
@@ -94,149 +124,73 @@ pub fn render(
         watch,
     };
     let chained = scene.order != Order::Free;
-    if chained || options.stock {
-        // What earlier frames leave is made by rendering them.
-        let first = if chained { scene.frames.first } else { first };
-        let part = Part {
-            first,
-            last,
-            threads: None,
-        };
-        delivery.part(part, &run)?;
-    } else {
-        pool(&delivery, &run)?;
+    let mut done = Done::default();
+    match &options.way {
+        Way::Coherent { look, always } if !chained => {
+            done = coherent::render(povray, &delivery, look, *always, &run)?;
+        }
+        Way::Whole | Way::Coherent { .. } if !chained => {
+            whole(&delivery, &options.wanted, None, &run)?;
+        }
+        _ => {
+            // What earlier frames leave is made by rendering them.
+            let first = if chained { scene.frames.first } else { first };
+            let part = Part {
+                first,
+                last,
+                threads: None,
+            };
+            delivery.part(part, &run)?;
+        }
     }
-    let (calls, pictures) = tally.read();
-    Ok(Done { calls, pictures })
+    (done.calls, done.pictures) = tally.read();
+    if done.whole_pixels == 0 {
+        let pixels = u64::from(scene.size.0) * u64::from(scene.size.1);
+        done.whole_pixels = done.pictures * pixels;
+    }
+    Ok(done)
 }
 
-/// Renders in any order.
-fn pool(delivery: &Delivery<'_>, run: &RunContext) -> Result<(), RenderError> {
+fn workers(delivery: &Delivery<'_>, frames: usize) -> Workers {
     let options = delivery.options;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let frames = options.wanted.len();
-    let (stated, most) = (options.jobs, options.most.min(frames));
+    Workers {
+        stated: options.jobs,
+        most: options.most.min(frames),
+        cores: std::thread::available_parallelism().map_or(1, usize::from),
+    }
+}
+
+/// Renders frames whole, in any order; `each_s`, where it is known, is what one
+/// takes.
+fn whole(
+    delivery: &Delivery<'_>,
+    frames: &BTreeSet<u32>,
+    each_s: Option<f64>,
+    run: &RunContext,
+) -> Result<(), RenderError> {
+    let workers = workers(delivery, frames.len());
     // Fewer frames than cores: the cores share a frame.
-    let threads = if frames < cores { None } else { Some(1) };
-    let clock = Clock::start();
-    let state = Mutex::new(State {
-        queue: Queue::new(&options.wanted, delivery.scene.frames.step),
-        pace: Pace::first(stated, most, cores),
-        done: 0,
-        failure: None,
-    });
-    let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
-    let work = |worker: usize| {
-        while !run.is_cancelled() {
-            let part = {
-                let mut state = lock();
-                if state.queue.is_empty() {
-                    return;
-                }
-                if worker < state.pace.processes {
-                    let pace = state.pace;
-                    state.queue.take(&pace)
-                } else {
-                    None
-                }
-            };
-            let Some((first, last)) = part else {
-                // Not needed now; perhaps when the first frames are done.
-                std::thread::sleep(IDLE);
-                continue;
-            };
+    let threads = if frames.len() < workers.cores && each_s.is_none() {
+        None
+    } else {
+        Some(1)
+    };
+    let pace = Pace::of(each_s, &workers);
+    let step = delivery.scene.frames.step;
+    pool(
+        frames,
+        step,
+        usize::MAX,
+        pace,
+        workers,
+        run,
+        |first, last| {
             let part = Part {
                 first,
                 last,
                 threads,
             };
-            match delivery.part(part, run) {
-                Ok(count) => {
-                    let mut state = lock();
-                    state.done += count;
-                    let each_s = clock.cpu_s() / state.done as f64;
-                    state.pace = Pace::after(each_s, stated, most, cores);
-                }
-                Err(error) => {
-                    lock().failure.get_or_insert(error);
-                    run.cancel.store(true, Ordering::Relaxed);
-                }
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        for worker in 0..stated.unwrap_or(most).min(frames) {
-            let work = &work;
-            scope.spawn(move || work(worker));
-        }
-    });
-    let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
-    match state.failure {
-        Some(error) => Err(error),
-        None if run.is_cancelled() => Err(AdapterError::Cancelled.into()),
-        None => Ok(()),
-    }
-}
-
-/// Between two looks of a worker that is not needed.
-const IDLE: Duration = Duration::from_millis(20);
-
-/// What the workers share.
-struct State {
-    queue: Queue,
-    pace: Pace,
-    /// Frames that are in their places.
-    done: u64,
-    failure: Option<RenderError>,
-}
-
-/// Puts finished frames where they belong.
-struct Delivery<'a> {
-    scene: &'a PlainScene,
-    options: &'a Options,
-    watch: Watch<'a>,
-}
-
-impl Delivery<'_> {
-    /// Renders a part and delivers its frames; gives their number.
-    fn part(&self, part: Part, run: &RunContext) -> Result<u64, RenderError> {
-        let files = self.scene.render(part, run)?;
-        let count = files.len() as u64;
-        for (frame, file) in files {
-            let leave = self.scene.leaves_pictures();
-            if self.options.wanted.contains(&frame) {
-                let place = self.options.out.join(self.scene.name(frame));
-                self.deliver(&file, &place)?;
-                (self.watch)(frame, &place);
-            }
-            if !leave {
-                let _ = std::fs::remove_file(&file);
-            }
-        }
-        Ok(count)
-    }
-
-    fn deliver(&self, file: &Path, place: &Path) -> Result<(), RenderError> {
-        if !self.scene.leaves_pictures() && std::fs::rename(file, place).is_ok() {
-            return Ok(());
-        }
-        if same_file(file, place) {
-            // POV-Ray's own place is the one that was asked for.
-            return Ok(());
-        }
-        // Another file system, or a picture that stays: a copy.
-        let bytes = std::fs::read(file).map_err(|source| AdapterError::BadOutput {
-            program: "povray".into(),
-            file: file.to_owned(),
-            reason: source.to_string(),
-        })?;
-        Ok(write_safely(place, &bytes)?)
-    }
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    }
+            delivery.part(part, run)
+        },
+    )
 }

@@ -5,12 +5,14 @@
 //! needs many processes beside it until a core has no pause; one of 2 s needs
 //! one more at most, and every further one would cost memory and cache.
 
+use super::pool::Workers;
+
 /// What a frame of an animation sleeps, in seconds: measured with 3.7.0.10.
-const SLEEP_S: f64 = 0.25;
+pub const SLEEP_S: f64 = 0.25;
 
 /// What a call costs beside its frames, in seconds of CPU: 20 calls of one tiny
 /// frame took 0.56 s, one call of 20 such frames 0.27 s.
-const CALL_CPU_S: f64 = 0.015;
+pub const CALL_CPU_S: f64 = 0.015;
 
 /// Calls shall cost no more than this share of their frames' CPU …
 const CALL_SHARE: f64 = 0.03;
@@ -32,6 +34,19 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// To begin with, where a frame costs so much, if that is known.
+    pub fn of(frame_cpu_s: Option<f64>, workers: &Workers) -> Self {
+        let Workers {
+            stated,
+            most,
+            cores,
+        } = *workers;
+        match frame_cpu_s {
+            None => Self::first(stated, most, cores),
+            Some(each_s) => Self::after(each_s, stated, most, cores),
+        }
+    }
+
     /// Before anything is known.
     pub fn first(stated: Option<usize>, most: usize, cores: usize) -> Self {
         Self {

@@ -21,6 +21,7 @@ pub struct Queue {
     /// Frames that follow each other.
     runs: VecDeque<VecDeque<u32>>,
     left: usize,
+    longest: usize,
 }
 
 impl Queue {
@@ -38,7 +39,15 @@ impl Queue {
         Self {
             runs,
             left: wanted.len(),
+            longest: LONGEST,
         }
+    }
+
+    /// The same, in parts of so many frames at most.
+    #[must_use]
+    pub fn in_parts_of(mut self, frames: usize) -> Self {
+        self.longest = frames.clamp(1, LONGEST);
+        self
     }
 
     /// Is nothing left?
@@ -56,7 +65,7 @@ impl Queue {
                 let by_time = LONGEST_S / cpu_s.max(1e-3);
                 share
                     .max(pace.shortest())
-                    .min(LONGEST)
+                    .min(self.longest)
                     .min(by_time as usize)
             }
         };

@@ -9,9 +9,10 @@
 //!
 //! For each light it remembers, too, the object that stopped the last shadow ray,
 //! and asks that one first. It is asked a little differently, which shows where
-//! surfaces are nearer than 0.001 to each other, and where a CSG object has glass
-//! and opaque parts and a texture of its own. No text tells that: so a frame is
-//! traced both ways, and where the two differ, all frames are rendered whole.
+//! surfaces are nearer than 0.001 to each other, on surfaces that are found only
+//! roughly (`julia_fractal`), and where a CSG object has glass and opaque parts
+//! and a texture of its own. No text tells all that: so a frame is traced both
+//! ways, and where the two differ, all frames are rendered whole.
 
 use std::collections::HashSet;
 
@@ -33,6 +34,11 @@ const WORDS: &[(&str, &str)] = &[
     ("blur_samples", "focal blur is sampled at random"),
     ("jitter", "`jitter` is random"),
     ("evaluate", "`evaluate` remembers what rays found before"),
+    // 2 to 45 of 20 000 pixels of POV-Ray's own examples.
+    (
+        "julia_fractal",
+        "shadows on `julia_fractal` depend on the pixels that were traced before",
+    ),
 ];
 
 impl PlainScene {

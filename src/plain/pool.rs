@@ -1,0 +1,170 @@
+//! Workers side by side.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use decor_api::{AdapterError, RunContext};
+
+use super::pace::Pace;
+use super::queue::Queue;
+use crate::render::RenderError;
+use crate::report::Clock;
+
+/// Between two looks of a worker that is not needed.
+const IDLE: Duration = Duration::from_millis(20);
+
+/// How many workers.
+#[derive(Clone, Copy, Debug)]
+pub struct Workers {
+    /// So many, if it was stated.
+    pub stated: Option<usize>,
+    /// At most, where it was not.
+    pub most: usize,
+    /// The machine's cores.
+    pub cores: usize,
+}
+
+impl Workers {
+    /// As many as keep the cores busy with work that does not sleep.
+    pub fn busy(&self) -> usize {
+        self.stated.unwrap_or(self.cores.min(self.most)).max(1)
+    }
+
+    /// As many as there may be, for work that sleeps.
+    pub fn all(&self) -> usize {
+        self.stated.unwrap_or(self.most).max(1)
+    }
+}
+
+/// What the workers of a pool share.
+struct State {
+    queue: Queue,
+    pace: Pace,
+    /// Frames that are in their places.
+    done: u64,
+    failure: Option<RenderError>,
+}
+
+/// Renders frames in parts, from a first to a last one, in any order. Parts have
+/// `longest` frames at most; `work` gives how many frames are in their places.
+///
+/// # Errors
+/// The first thing that went wrong.
+pub fn pool(
+    frames: &BTreeSet<u32>,
+    step: u32,
+    longest: usize,
+    first: Pace,
+    workers: Workers,
+    run: &RunContext,
+    work: impl Fn(u32, u32) -> Result<u64, RenderError> + Sync,
+) -> Result<(), RenderError> {
+    let clock = Clock::start();
+    let state = Mutex::new(State {
+        queue: Queue::new(frames, step).in_parts_of(longest),
+        pace: first,
+        done: 0,
+        failure: None,
+    });
+    let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
+    let worker = |number: usize| {
+        while !run.is_cancelled() {
+            let part = {
+                let mut state = lock();
+                if state.queue.is_empty() {
+                    return;
+                }
+                if number < state.pace.processes {
+                    let pace = state.pace;
+                    state.queue.take(&pace)
+                } else {
+                    None
+                }
+            };
+            let Some((first, last)) = part else {
+                // Not needed now; perhaps when the first frames are done.
+                std::thread::sleep(IDLE);
+                continue;
+            };
+            match work(first, last) {
+                Ok(count) => {
+                    let mut state = lock();
+                    state.done += count;
+                    let each_s = clock.cpu_s() / state.done as f64;
+                    state.pace = Pace::after(each_s, workers.stated, workers.most, workers.cores);
+                }
+                Err(error) => {
+                    lock().failure.get_or_insert(error);
+                    run.cancel.store(true, Ordering::Relaxed);
+                }
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for number in 0..workers.all().min(frames.len()) {
+            let worker = &worker;
+            scope.spawn(move || worker(number));
+        }
+    });
+    let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    match state.failure {
+        Some(error) => Err(error),
+        None if run.is_cancelled() => Err(AdapterError::Cancelled.into()),
+        None => Ok(()),
+    }
+}
+
+/// Does something with each item, `at_once` at a time; the results are in the
+/// items' order.
+///
+/// # Errors
+/// The first thing that went wrong. What has begun is ended, nothing more begins.
+pub fn side_by_side<T: Sync, R: Send, E: Send>(
+    items: &[T],
+    at_once: usize,
+    work: impl Fn(&T) -> Result<R, E> + Sync,
+) -> Result<Vec<R>, E> {
+    let next = AtomicUsize::new(0);
+    let results: Vec<Mutex<Option<Result<R, E>>>> =
+        items.iter().map(|_| Mutex::default()).collect();
+    std::thread::scope(|scope| {
+        for _ in 0..at_once.clamp(1, items.len().max(1)) {
+            scope.spawn(|| {
+                while let Some(at) = Some(next.fetch_add(1, Ordering::Relaxed))
+                    && let Some(item) = items.get(at)
+                {
+                    let result = work(item);
+                    if result.is_err() {
+                        next.store(items.len(), Ordering::Relaxed);
+                    }
+                    *results[at].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+                }
+            });
+        }
+    });
+    let results = results.into_iter();
+    results
+        .filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_in_order_and_errors_end_it() {
+        let items: Vec<u32> = (0..50).collect();
+        let doubled = side_by_side(&items, 4, |n| Ok::<_, ()>(n * 2)).unwrap();
+        assert_eq!(doubled, items.iter().map(|n| n * 2).collect::<Vec<_>>());
+        let begun = AtomicUsize::new(0);
+        let failed = side_by_side(&items, 1, |n| {
+            begun.fetch_add(1, Ordering::Relaxed);
+            if *n == 3 { Err(*n) } else { Ok(()) }
+        });
+        assert_eq!((failed, begun.into_inner()), (Err(3), 4));
+        assert_eq!(side_by_side(&[], 4, |n: &u32| Ok::<_, ()>(*n)), Ok(vec![]));
+    }
+}
