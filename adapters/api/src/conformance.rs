@@ -36,11 +36,12 @@ use std::path::Path;
 use crate::adapter::{Adapter, AdapterError};
 
 type Found = Result<Box<dyn Adapter>, AdapterError>;
+type Around = Box<dyn Fn(&Path) -> Found>;
 
 /// The adapter that is tested.
 pub struct Subject {
     find: Box<dyn Fn() -> Found>,
-    with_program: Option<Box<dyn Fn(&Path) -> Found>>,
+    with_program: Option<Around>,
 }
 
 impl Subject {
@@ -142,6 +143,7 @@ macro_rules! conformance {
         );
         $crate::conformance!(@tests regions:
             what_is_empty_is_empty,
+            an_empty_window_is_a_layer,
             windows_are_where_they_say,
             crops_on_the_grid_are_identical,
             blocks_are_identical,

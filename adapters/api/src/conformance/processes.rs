@@ -1,13 +1,12 @@
 //! Programs that die, hang or do nothing: another one in the renderer's place.
 
-use std::fs;
-use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
+use std::process::Command;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::Subject;
-use super::stage::{Room, Stage, sphere, whole};
+use super::stage::{Room, Stage, assert_no_process_in, sphere, whole};
 use crate::adapter::{AdapterError, Output};
 
 /// What stands in for the renderer.
@@ -17,9 +16,25 @@ const NAME: &str = "stand-in";
 fn with_script(subject: &Subject, room: &Room, script: &str, output: Output) -> AdapterError {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(NAME);
-    fs::write(&path, format!("#!/bin/sh\n{script}\n")).expect("a script");
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("a program");
-    draw(subject, room, &path, output)
+    // It works in its own folder: that is how what it leaves behind is found.
+    let script = format!("#!/bin/sh\ncd \"$(dirname \"$0\")\"\n{script}\n");
+    write_program(&path, &script);
+    let error = draw(subject, room, &path, output);
+    assert_no_process_in(folder.path());
+    error
+}
+
+/// Written by another process: a thread of this one that starts a program at the
+/// same time would hand it the open file, and Linux starts no file that is open
+/// for writing.
+fn write_program(path: &Path, script: &str) {
+    let written = Command::new("/bin/sh")
+        .args(["-c", "printf %s \"$2\" >\"$1\" && chmod 755 \"$1\"", "sh"])
+        .arg(path)
+        .arg(script)
+        .status()
+        .expect("a shell");
+    assert!(written.success(), "no script could be written");
 }
 
 fn draw(subject: &Subject, room: &Room, path: &Path, output: Output) -> AdapterError {

@@ -10,18 +10,20 @@ use super::stage::{
 use crate::adapter::{AdapterError, Output, Region};
 use crate::csg::Csg;
 use crate::layer::{Layer, Size, Window};
-use crate::scene::Antialias;
-
-const OUTPUTS: [Output; 3] = [
-    Output::ColourOverBackground,
-    Output::ColourAlone { with_sky: false },
-    Output::Depth,
-];
+use crate::scene::{Antialias, Pose};
 
 const ANTIALIAS: Antialias = Antialias {
     threshold: 0.1,
     depth: 2,
 };
+
+/// The passes that are compared.
+const PASSES: [(Output, Option<Antialias>); 4] = [
+    (Output::ColourOverBackground, None),
+    (Output::ColourOverBackground, Some(ANTIALIAS)),
+    (Output::ColourAlone { with_sky: false }, Some(ANTIALIAS)),
+    (Output::Depth, None),
+];
 
 /// Some of everything, with edges in every part of the picture.
 fn busy() -> Stage {
@@ -49,39 +51,74 @@ fn window(x: u32, y: u32, width: u32, height: u32) -> Window {
     }
 }
 
-/// Where nothing is, nothing comes back: no objects, or all of them behind.
+/// Where nothing is, nothing comes back: no objects, a solid without parts, all
+/// of them out of the picture.
 pub fn what_is_empty_is_empty(subject: &Subject) {
     let adapter = subject.adapter();
-    let behind = Stage::of([
+    let mut stage = Stage::empty();
+    let mut shots = vec![stage.shot(0, whole(stage.size))];
+    let nowhere = [
+        Csg::Union(Vec::new()),
         glowing([1.0; 3], sphere(0.0, 0.0, -20.0, 2.0)),
         sphere(80.0, 0.0, 0.0, 1.0),
-    ]);
-    let hollow = Stage::of([Csg::Union(Vec::new())]);
-    for stage in [Stage::empty(), behind, hollow] {
-        let depth = stage.draw(&*adapter, Output::Depth);
-        let depths = depth.depth.expect("depth was asked for");
+    ];
+    for solid in nowhere {
+        stage.add(solid, Pose::IDENTITY);
+        shots.push(stage.shot(1, whole(stage.size)));
+    }
+    let draw = |output| {
+        let request = stage.request(output, shots.clone());
+        drawn(adapter.render(&request, &Room::plain().run))
+    };
+    for layer in draw(Output::Depth) {
+        let depths = layer.depth.expect("depth was asked for");
         assert_eq!(depths.len(), stage.size.pixels());
-        assert!(
-            depths.iter().all(|&d| d == f64::INFINITY),
-            "nothing is there"
-        );
-        let over = stage.draw(&*adapter, Output::ColourOverBackground);
-        for pixel in colours(&over) {
+        let nothing = depths.iter().all(|&d| d == f64::INFINITY);
+        assert!(nothing, "nothing is there");
+    }
+    for layer in draw(Output::ColourOverBackground) {
+        for pixel in colours(&layer) {
             for (channel, expected) in pixel.iter().zip(BACKGROUND) {
                 let off = (f64::from(*channel) - expected).abs();
                 assert!(off < 1e-4, "{pixel:?} is not the background");
             }
             assert_eq!(pixel[3], 1.0, "the background covers");
         }
-        let alone = stage.draw(&*adapter, Output::ColourAlone { with_sky: false });
+    }
+    for layer in draw(Output::ColourAlone { with_sky: false }) {
         let dark = |p: &[f32; 4]| p[..3].iter().all(|&c| c == 0.0);
-        assert!(colours(&alone).iter().all(dark), "there is no background");
+        assert!(colours(&layer).iter().all(dark), "there is no background");
     }
     let room = Room::plain();
-    let none = Stage::empty();
-    let layers = drawn(adapter.render(&none.request(Output::Depth, Vec::new()), &room.run));
+    let none = stage.request(Output::Depth, Vec::new());
+    let layers = drawn(adapter.render(&none, &room.run));
     assert!(layers.is_empty(), "no shots are no layers");
     room.assert_empty();
+}
+
+/// A window without a pixel is a layer without a pixel, among others.
+pub fn an_empty_window_is_a_layer(subject: &Subject) {
+    let stage = busy();
+    let windows = [window(3, 20, 60, 40), Window::EMPTY, window(60, 25, 9, 30)];
+    for output in [Output::Depth, Output::ColourOverBackground] {
+        let shots = windows.map(|w| stage.shot(0, Region::Window(w))).to_vec();
+        let request = stage.request(output, shots);
+        let layers = drawn(subject.adapter().render(&request, &Room::plain().run));
+        assert_eq!(layers.len(), windows.len());
+        for (layer, window) in layers.iter().zip(windows) {
+            assert_eq!(layer.window, window);
+            if output == Output::Depth && !window.is_empty() {
+                stage.oracle().assert_depth(layer);
+            }
+            let lengths = [
+                layer.colour.as_ref().map(Vec::len),
+                layer.depth.as_ref().map(Vec::len),
+            ];
+            for length in lengths.into_iter().flatten() {
+                assert_eq!(length, window.pixels());
+            }
+        }
+    }
 }
 
 /// A window at any place shows what is there, also one of a single pixel.
@@ -166,21 +203,16 @@ fn compare(
 ) -> Vec<Layer> {
     let adapter = subject.adapter();
     let mut all = Vec::new();
-    for output in OUTPUTS {
-        for antialias in [None, Some(ANTIALIAS)] {
-            if output == Output::Depth && antialias.is_some() {
-                continue;
-            }
-            let full = drawn(stage.draw_with(&*adapter, output, whole(stage.size), antialias));
-            let shots = regions.iter().map(|r| stage.shot(1, r.clone())).collect();
-            let mut request = stage.request(output, shots);
-            request.antialias = antialias;
-            let parts = drawn(adapter.render(&request, &Room::plain().run));
-            assert_eq!(parts.len(), regions.len());
-            for part in parts {
-                assert_part_of(&part, &full, &wanted);
-                all.push(part);
-            }
+    for (output, antialias) in PASSES {
+        let full = drawn(stage.draw_with(&*adapter, output, whole(stage.size), antialias));
+        let shots = regions.iter().map(|r| stage.shot(1, r.clone())).collect();
+        let mut request = stage.request(output, shots);
+        request.antialias = antialias;
+        let parts = drawn(adapter.render(&request, &Room::plain().run));
+        assert_eq!(parts.len(), regions.len());
+        for part in parts {
+            assert_part_of(&part, &full, &wanted);
+            all.push(part);
         }
     }
     all

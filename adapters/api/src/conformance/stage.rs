@@ -1,6 +1,8 @@
 //! Scenes for the tests, in few words.
 
+use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use glam::DVec3;
 
@@ -319,32 +321,32 @@ impl Room {
     /// Nothing is left: no file, and no process that works here.
     pub fn assert_empty(&self) {
         assert_eq!(self.contents(), Vec::<String>::new(), "left in the folder");
-        #[cfg(target_os = "linux")]
-        assert_eq!(self.processes(), Vec::<String>::new(), "left running");
+        assert_no_process_in(self.folder.path());
     }
+}
 
-    /// The processes whose working folder is this one, or one in it. One that
-    /// was just killed may need a moment to go.
-    #[cfg(target_os = "linux")]
-    fn processes(&self) -> Vec<String> {
-        let here = self.folder.path().canonicalize().expect("the folder");
-        let inside = |process: &std::path::Path| {
-            let folder = std::fs::read_link(process.join("cwd"));
-            folder.is_ok_and(|folder| folder.starts_with(&here))
+/// No process works in a folder, or in one below it. One that was just killed
+/// may need a moment to go. Only Linux tells.
+pub fn assert_no_process_in(folder: &Path) {
+    let here = folder.canonicalize().expect("the folder");
+    let inside = |process: &Path| {
+        let folder = std::fs::read_link(process.join("cwd"));
+        folder.is_ok_and(|folder| folder.starts_with(&here))
+    };
+    let mut left = Vec::new();
+    for _ in 0..100 {
+        let Ok(processes) = std::fs::read_dir("/proc") else {
+            return;
         };
-        let mut left = Vec::new();
-        for _ in 0..100 {
-            left = std::fs::read_dir("/proc")
-                .expect("/proc")
-                .flatten()
-                .filter(|entry| inside(&entry.path()))
-                .map(|entry| entry.file_name().to_string_lossy().into_owned())
-                .collect();
-            if left.is_empty() {
-                break;
-            }
-            std::thread::sleep(std::time::Duration::from_millis(20));
+        left = processes
+            .flatten()
+            .filter(|entry| inside(&entry.path()))
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .collect();
+        if left.is_empty() {
+            break;
         }
-        left
+        std::thread::sleep(Duration::from_millis(20));
     }
+    assert_eq!(left, Vec::<String>::new(), "left running");
 }
