@@ -142,7 +142,11 @@ impl Exec {
             format!("depth_quantum is {:?}", can.depth_quantum)
         } else if can.crop_grid == Some(0) {
             "crop_grid is 0".to_owned()
-        } else if can.block_mask && can.crop_grid.is_none_or(|g| translate::BLOCK % g != 0) {
+        } else if can.block_mask
+            && !can
+                .crop_grid
+                .is_some_and(|g| translate::BLOCK.is_multiple_of(g))
+        {
             format!(
                 "block_mask needs a crop_grid that divides {}",
                 translate::BLOCK
