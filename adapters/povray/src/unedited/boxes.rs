@@ -229,11 +229,27 @@ impl Call<'_> {
     }
 }
 
-/// The line of POV-Ray's output that names the error.
+/// What POV-Ray says about the error; it breaks its lines.
 fn error(stderr: &str) -> String {
-    let mut lines = stderr.lines().map(str::trim);
-    let line = lines.find(|line| line.contains("Error"));
-    line.unwrap_or("it does not say why").to_owned()
+    let is_error = |line: &&str| line.contains("Error:") && !line.contains("Possible");
+    let mut lines = stderr
+        .lines()
+        .map(str::trim)
+        .skip_while(|line| !is_error(line));
+    let Some(first) = lines.next() else {
+        return "it does not say why".into();
+    };
+    let first = first
+        .find("Error:")
+        .map_or(first, |at| &first[at + 6..])
+        .trim();
+    let more = lines
+        .take_while(|line| !line.is_empty() && !line.starts_with("Fatal"))
+        .take(3);
+    std::iter::once(first)
+        .chain(more)
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// A frame as it is read.

@@ -68,43 +68,29 @@ pub struct Edits {
 /// The definitions of an instrumented copy, which writes to `file` (in POV-Ray's
 /// quotes): a line a frame, a statement, a light, a camera.
 pub fn definitions(prefix: &str, file: &str) -> String {
-    // D: objects. P: planes, whose extents have no end. L: lights.
+    // @ begins added names. @D: objects. @P: planes, whose extents have no end,
+    // by three rays. @L: lights, by the middles of chords, and again from there.
     const TEXT: &str = r#"
-#fopen @F "@file" append
+#fopen @F "" append
 #write(@F,"F ",str(frame_number,0,0),"\n")
-#macro @V(V_) #write(@F," ",vstr(3,V_," ",0,12)) #end
-#macro @D(N_,O_) #write(@F,"O ",N_) @V(min_extent(O_)) @V(max_extent(O_)) #write(@F,"\n") #end
-#macro @T(O_,D_) #local S_=<17.3,23.7,31.1>-D_*5e5; #local N_=<0,0,0>; #local H_=trace(O_,S_,D_,N_); @V(H_) @V(N_) #end
-#macro @P(N_,O_) #write(@F,"P ",N_) @V(min_extent(O_)) @V(max_extent(O_)) @T(O_,x) @T(O_,y) @T(O_,z) #write(@F,"\n") #end
-#macro @M(O_,S_,D_) ((trace(O_,S_,D_)+trace(O_,S_,-D_))/2) #end
-#macro @C(O_,S_) <vdot(@M(O_,S_,x),x),vdot(@M(O_,S_,y),y),vdot(@M(O_,S_,z),z)> #end
-#macro @L(N_,O_) #local A_=@C(O_,<0,0,0>); #local B_=@C(O_,A_); #write(@F,"L ",N_) @V(A_) @V(B_) #write(@F,"\n") #end
+#macro @V(@a) #write(@F," ",vstr(3,@a," ",0,12)) #end
+#macro @D(@k,@o) #write(@F,"O ",@k) @V(min_extent(@o)) @V(max_extent(@o)) #write(@F,"\n") #end
+#macro @T(@o,@d) #local @s=<17.3,23.7,31.1>-@d*5e5; #local @m=<0,0,0>; #local @h=trace(@o,@s,@d,@m); @V(@h) @V(@m) #end
+#macro @P(@k,@o) #write(@F,"P ",@k) @V(min_extent(@o)) @V(max_extent(@o)) @T(@o,x) @T(@o,y) @T(@o,z) #write(@F,"\n") #end
+#macro @M(@o,@s,@d) ((trace(@o,@s,@d)+trace(@o,@s,-@d))/2) #end
+#macro @C(@o,@s) <vdot(@M(@o,@s,x),x),vdot(@M(@o,@s,y),y),vdot(@M(@o,@s,z),z)> #end
+#macro @L(@k,@o) #local @a=@C(@o,<0,0,0>); #local @b=@C(@o,@a); #write(@F,"L ",@k) @V(@a) @V(@b) #write(@F,"\n") #end
 #declare @n=0;
 "#;
-    let text = TEXT.replace("@file", file).replace('@', prefix);
-    // Names of the macros' own must not be the scene's either.
-    ["V_", "N_", "O_", "D_", "S_", "H_", "A_", "B_"]
-        .iter()
-        .fold(text, |text, name| {
-            let separate = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
-            let mut renamed = String::with_capacity(text.len() * 2);
-            let mut rest = text.as_str();
-            while let Some(at) = rest.find(name) {
-                let before = rest[..at].chars().next_back().is_none_or(separate);
-                renamed.push_str(&rest[..at]);
-                if before {
-                    renamed.push_str(prefix);
-                }
-                renamed.push_str(name);
-                rest = &rest[at + name.len()..];
-            }
-            renamed + rest
-        })
+    let text = TEXT.replace('@', prefix);
+    let text = text.replace("\"\" append", &format!("\"{file}\" append"));
+    format!("\n{}", modern(prefix, &text))
 }
 
 /// Ends the record of a frame.
 pub fn ending(prefix: &str) -> String {
-    format!("#write({prefix}F,\"E\\n\")\n#fclose {prefix}F\n")
+    let text = format!("#write({prefix}F,\"E\\n\") #fclose {prefix}F");
+    modern(prefix, &text)
 }
 
 impl Edits {
@@ -301,6 +287,7 @@ fn deeper(prefix: &str) -> String {
 fn shallower(prefix: &str) -> String {
     format!(" #declare {prefix}n={prefix}n-1; ")
 }
+
 /// Macros are not known to scenes of versions before 3.1.
 fn modern(prefix: &str, text: &str) -> String {
     format!(
