@@ -33,19 +33,28 @@ pub const ADAPTERS: [Entry; 3] = [
     },
 ];
 
-/// The adapter of that name.
+/// Is there an adapter of that name, whether its renderer is installed or not?
+pub fn is_known(name: &str) -> bool {
+    name.starts_with(decor_exec::PREFIX) || ADAPTERS.iter().any(|entry| entry.name == name)
+}
+
+/// The adapter of that name; `exec:PROGRAM ARGUMENTS` is that program.
 ///
 /// # Errors
 /// [`AdapterError::Missing`] where its renderer is not installed, or where there
-/// is no adapter of that name.
+/// is no adapter of that name; of a program, whatever goes wrong when it is
+/// asked for its abilities.
 pub fn find(name: &str) -> Result<Arc<dyn Adapter>, AdapterError> {
+    if let Some(command) = name.strip_prefix(decor_exec::PREFIX) {
+        return Ok(Arc::new(decor_exec::Exec::find(command)?));
+    }
     match ADAPTERS.iter().find(|entry| entry.name == name) {
         Some(entry) => (entry.find)(),
         None => {
             let names: Vec<&str> = ADAPTERS.iter().map(|entry| entry.name).collect();
             Err(AdapterError::Missing {
                 program: format!("a renderer named `{name}`"),
-                install: format!("there are: {}", names.join(", ")),
+                install: format!("there are: {}, exec:PROGRAM", names.join(", ")),
             })
         }
     }

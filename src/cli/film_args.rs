@@ -24,7 +24,7 @@ pub struct FilmArgs {
     /// POV-Ray's own switches, for a plain POV-Ray scene.
     #[arg(last = true, value_name = "SWITCHES")]
     pub switches: Vec<String>,
-    /// The renderer: povray or reference [default: povray; reference where
+    /// The renderer: povray, mitsuba, reference or exec:PROGRAM [default: povray; reference where
     /// POV-Ray is not installed and the film does not need it].
     #[arg(long, value_name = "NAME")]
     pub renderer: Option<String>,
@@ -197,7 +197,7 @@ impl FilmArgs {
         if let Some(name) = &self.renderer {
             return match renderers::find(name) {
                 Err(AdapterError::Missing { program, install })
-                    if !renderers::ADAPTERS.iter().any(|entry| entry.name == name) =>
+                    if !renderers::is_known(name) =>
                 {
                     Err(Failure::usage(format!("{program} is not known; {install}")))
                 }

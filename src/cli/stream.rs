@@ -51,7 +51,7 @@ pub struct StreamArgs {
     /// What the paths in the scenes are relative to.
     #[arg(long, value_name = "DIR", default_value = ".")]
     folder: PathBuf,
-    /// The renderer: povray or reference.
+    /// The renderer: povray, mitsuba, reference or exec:PROGRAM.
     #[arg(long, value_name = "NAME", default_value = "povray")]
     renderer: String,
     /// Object paths may leave the folder.
@@ -198,7 +198,7 @@ impl StreamArgs {
         let format = self.format.picture();
         let adapter = match renderers::find(&self.renderer) {
             Err(AdapterError::Missing { program, install })
-                if !renderers::ADAPTERS.iter().any(|e| e.name == self.renderer) =>
+                if !renderers::is_known(&self.renderer) =>
             {
                 return Err(Failure::usage(format!("{program} is not known; {install}")));
             }
