@@ -5,7 +5,7 @@
 //! left in the film's left-handed world: the picture comes out right.
 
 use decor_api::{AdapterError, Camera, Size, Window};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::units::Units;
 use crate::unsupported;
@@ -14,6 +14,11 @@ use crate::xml::{matrix, number};
 /// Mitsuba accepts a camera whose axes are this much longer or shorter than 1:
 /// pixels may be so far from squares.
 const SQUARE: f64 = 4e-4;
+
+/// Beyond that the world is squeezed in the camera's stead. Where things are and
+/// how far stays exact; how surfaces face a light changes by as much, which is
+/// taken for the same up to here.
+const SQUEEZED: f64 = 0.03;
 
 /// The camera over a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,21 +31,25 @@ pub(crate) struct Sensor {
 }
 
 impl Sensor {
-    /// Refuses pixels that are not squares: Mitsuba has no others.
-    pub fn new(camera: &Camera, size: Size, units: Units) -> Result<Self, AdapterError> {
-        let (fx, fy) = camera.focal(size);
-        let aspect = fx / fy;
-        if !((1.0 - SQUARE)..=(1.0 + SQUARE)).contains(&aspect) {
-            return Err(unsupported(&format!(
-                "pixels that are {aspect} times as high as wide: they must be squares"
-            )));
-        }
-        Ok(Self {
+    pub fn new(camera: &Camera, size: Size, units: Units) -> Self {
+        Self {
             camera: *camera,
             size,
             units,
-            aspect,
-        })
+            aspect: aspect(camera, size),
+        }
+    }
+
+    /// Refuses light where pixels are too far from squares, which are all that
+    /// Mitsuba has.
+    pub fn refuse_light(&self) -> Result<(), AdapterError> {
+        if (self.aspect - 1.0).abs() <= SQUEEZED {
+            return Ok(());
+        }
+        Err(unsupported(&format!(
+            "light in pixels that are {} times as high as wide: they must be squares",
+            self.aspect
+        )))
     }
 
     /// Its element: `per_side`² samples in every pixel, at the middles of a
@@ -50,10 +59,13 @@ impl Sensor {
         let Camera {
             forward,
             right,
-            up,
+            mut up,
             half_width,
             ..
         } = self.camera;
+        if is_nearly_square(self.aspect) {
+            up *= self.aspect;
+        }
         let mut film = String::new();
         let mut whole = |name: &str, value: u32| {
             film.push_str(&format!("<integer name=\"{name}\" value=\"{value}\"/>"));
@@ -81,7 +93,7 @@ impl Sensor {
             number(2.0 * half_width.atan().to_degrees()),
             number(self.units.near),
             number(self.units.far),
-            matrix([-right, up * self.aspect, forward], DVec3::ZERO),
+            matrix([-right, up, forward], DVec3::ZERO),
             per_side * per_side,
         )
     }
@@ -94,7 +106,7 @@ impl Sensor {
         }
         let centre = |v: u32| f64::from(v) + 0.5;
         let way = self.camera.direction(self.size, centre(x), centre(y));
-        // Mitsuba normalises before the aspect of the pixels is applied.
+        // Mitsuba's ray is of length 1 before the aspect of the pixels is applied.
         let up = self.camera.up * self.camera.up.dot(way);
         let square = way - up + up / self.aspect;
         let stretch = way.length() / square.length();
@@ -151,9 +163,10 @@ impl Sensor {
             v if v == end => f64::from(v) + 1.0,
             v => f64::from(v),
         };
+        let squeezed = squeeze(&self.camera, self.size);
         let at = |x: u32, y: u32| {
             let (x, y) = (edge(x, self.size.width), edge(y, self.size.height));
-            self.camera.direction(self.size, x, y) * (2.0 * self.units.near)
+            squeezed * self.camera.direction(self.size, x, y) * (2.0 * self.units.near)
         };
         let first = at(window.x, window.y);
         let across = at(window.right(), window.y) - first;
@@ -164,5 +177,71 @@ impl Sensor {
              <bsdf type=\"null\"/></shape>\n",
             matrix([across * 0.5, down * 0.5, self.camera.forward], middle)
         )
+    }
+}
+
+/// How much higher than wide a pixel is.
+fn aspect(camera: &Camera, size: Size) -> f64 {
+    let (fx, fy) = camera.focal(size);
+    fx / fy
+}
+
+fn is_nearly_square(aspect: f64) -> bool {
+    (aspect - 1.0).abs() <= SQUARE
+}
+
+/// What is done to the world, seen from the eye, before the camera looks: none
+/// where pixels are square, or nearly so.
+pub(crate) fn squeeze(camera: &Camera, size: Size) -> DMat3 {
+    let aspect = aspect(camera, size);
+    if is_nearly_square(aspect) {
+        return DMat3::IDENTITY;
+    }
+    let up = camera.up;
+    let along = |axis: f64| up * (axis * (aspect.recip() - 1.0));
+    DMat3::IDENTITY + DMat3::from_cols(along(up.x), along(up.y), along(up.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_squeezed_world_is_as_high_as_its_pixels_are_wide() {
+        let size = Size {
+            width: 100,
+            height: 50,
+        };
+        let camera = Camera::look_at(
+            DVec3::ZERO,
+            DVec3::new(1.0, 2.0, 3.0),
+            DVec3::Y,
+            (60.0, 60.0),
+        );
+        let camera = camera.unwrap();
+        let by = squeeze(&camera, size);
+        assert!((by * camera.right - camera.right).length() < 1e-12);
+        assert!((by * camera.up - camera.up * 0.5).length() < 1e-12);
+    }
+
+    #[test]
+    fn a_mask_hides_all_but_what_is_shown() {
+        let units = Units {
+            scale: 1.0,
+            near: 1.0,
+            far: 10.0,
+        };
+        let size = Size {
+            width: 100,
+            height: 70,
+        };
+        let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (60.0, 44.0)).unwrap();
+        let sensor = Sensor::new(&camera, size, units);
+        let covers = |shown: &dyn Fn(u32, u32) -> bool| sensor.mask(shown, 32).lines().count();
+        assert_eq!(covers(&|_, _| true), 0);
+        assert_eq!(covers(&|_, _| false), 1);
+        // One block inside: above, left, right, below.
+        assert_eq!(covers(&|x, y| (x, y) == (32, 32)), 4);
+        assert_eq!(covers(&|x, _| x == 32), 2);
     }
 }

@@ -254,12 +254,12 @@ fn instance(
             look,
         };
         let mut none = Vec::new();
-        if let Some(scale) = similarity(&part.placement) {
+        if let Some(scale) = similarity(&whole) {
             let part = sphere(centre, radius * scale * units.scale);
             text.push_str(&shape(&part, look, "", &mut none));
         } else {
             // The instance only stretches; the size is the sphere's own.
-            let size = part.placement.matrix3.determinant().abs().cbrt();
+            let size = whole.matrix3.determinant().abs().cbrt();
             let group = format!("ball_{solid}_{k}");
             if !uneven.contains(&group) {
                 let part = sphere(DVec3::ZERO, radius * size * units.scale);
@@ -279,8 +279,7 @@ fn instance(
     }
     for half in &model.half_spaces {
         let look = looks.number(&model.looks[half.look]);
-        let normal = (from_eye.matrix3 * half.normal).normalize_or(DVec3::Y);
-        let height = from_eye.transform_point3(half.point).dot(normal);
+        let (normal, height) = half.seen_by(from_eye);
         let (u, v) = normal.any_orthonormal_pair();
         let far = drawn_to(height.abs(), reach) * units.scale;
         let _ = writeln!(

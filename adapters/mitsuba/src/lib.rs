@@ -21,7 +21,9 @@
 //! - A crop's rays differ from the full picture's in the last bit: mostly 1e-6,
 //!   but a pixel on a shadow's edge may be lit in the one and dark in the other.
 //!   A rectangle before the eye hides pixels and leaves the others as they are,
-//!   bit for bit: blocks are rendered so, windows as crops.
+//!   bit for bit: blocks, and windows on their grid, are rendered so; other
+//!   windows as crops, which cost less.
+//! - Pixels are squares: see [`camera`].
 //! - There are no lights without shadows; [`units`] says how they are made.
 //! - A `sphere` wants rays of length 1, a torus is a `bsplinecurve`, planes are
 //!   large rectangles, cones are meshes, and so is what is cut.
@@ -61,7 +63,8 @@ const NAME: &str = "mitsuba";
 pub const INSTALL: &str = "install it with `pip install mitsuba` (in a virtual environment), \
                            or name the program in DECOR_MITSUBA";
 
-/// The side of the blocks of [`Region::Blocks`], in pixels.
+/// The side of the blocks of [`Region::Blocks`], in pixels, and the grid on which
+/// windows are the whole picture's own.
 pub const BLOCK: u32 = 32;
 
 /// Mitsuba behind decor.
@@ -189,7 +192,7 @@ fn abilities(version: &str) -> Abilities {
         depth_with_colour: false,
         depth: DepthKind::AlongRay,
         sample_position: (0.5, 0.5),
-        crop_grid: None,
+        crop_grid: Some(BLOCK),
         block_mask: true,
         hidden_casters: false,
         ray_list: false,

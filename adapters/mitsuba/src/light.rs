@@ -12,7 +12,7 @@
 use std::f64::consts::PI;
 
 use decor_api::{AdapterError, Light, LightKind, Rgb, Scene};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::units::Units;
 use crate::unsupported;
@@ -35,12 +35,23 @@ pub(crate) enum Emitter {
     },
 }
 
-/// All emitters of a scene; none is black.
-pub(crate) fn emitters(scene: &Scene) -> Result<Vec<Emitter>, AdapterError> {
+/// All emitters of a scene; none is black. `squeezed`: what is done to the
+/// world, from the eye.
+pub(crate) fn emitters(scene: &Scene, squeezed: DMat3) -> Result<Vec<Emitter>, AdapterError> {
     let mut all = Vec::new();
     for light in &scene.lights {
         if light.colour.0.iter().any(|c| *c > 0.0) {
             add(&mut all, light, scene.camera.eye)?;
+        }
+    }
+    for emitter in &mut all {
+        match emitter {
+            Emitter::Point { position, .. } => *position = squeezed * *position,
+            Emitter::Sun { direction, .. } => *direction = squeezed * *direction,
+            Emitter::Spot { position, axis, .. } => {
+                *position = squeezed * *position;
+                *axis = (squeezed * *axis).normalize_or(*axis);
+            }
         }
     }
     Ok(all)

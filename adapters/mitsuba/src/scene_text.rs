@@ -10,7 +10,7 @@ use decor_api::{
 };
 use glam::DAffine3;
 
-use crate::camera::Sensor;
+use crate::camera::{Sensor, squeeze};
 use crate::geometry;
 use crate::light::emitters;
 use crate::look::{Ambient, Looks};
@@ -138,13 +138,17 @@ impl Writer<'_> {
         let (size, scene) = (self.request.size, &*shot.scene);
         let placed = self.placed(scene);
         let units = Units::of(scene, &placed)?;
-        let sensor = Sensor::new(&scene.camera, size, units)?;
+        let sensor = Sensor::new(&scene.camera, size, units);
         let (window, mask) = match &shot.region {
             Region::Window(window) => {
                 if window.intersection(size.window()) != *window && !window.is_empty() {
                     return Err(unsupported(&format!("{window:?}: the picture is smaller")));
                 }
-                (*window, None)
+                // On the grid it has the picture's very values: a crop has not.
+                let on_grid = window.on_grid(BLOCK, size) == *window;
+                let mask =
+                    (on_grid && *window != size.window()).then(|| BlockMask::of(*window, size));
+                (*window, mask)
             }
             Region::Blocks(blocks) => {
                 let mask = BlockMask::new(blocks, size)?;
@@ -191,7 +195,10 @@ impl Writer<'_> {
         if self.request.output == Output::Depth {
             add(Pass::Depth, "depth", 1, 1, "");
         } else {
-            let emitters = emitters(scene)?;
+            let emitters = emitters(scene, squeeze(&scene.camera, size))?;
+            if !emitters.is_empty() {
+                sensor.refuse_light()?;
+            }
             if emitters.is_empty() || self.ambient.uniform().is_none() {
                 let eye = format!(
                     "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"0\"/>{}</emitter>",
@@ -218,14 +225,15 @@ impl Writer<'_> {
     /// What is to be seen of a scene, from the eye.
     fn placed(&self, scene: &Scene) -> Vec<Placed<'_>> {
         let eye = scene.camera.eye;
+        let squeezed = DAffine3::from_mat3(squeeze(&scene.camera, self.request.size));
         let placed = scene.instances.iter().filter_map(|instance| {
             let model = self.models.get(&instance.prototype.0)?;
             if model.parts.is_empty() && model.half_spaces.is_empty() {
                 return None;
             }
             let pose = &instance.pose;
-            let from_eye =
-                DAffine3::from_rotation_translation(pose.rotation(), pose.position - eye);
+            let from_eye = squeezed
+                * DAffine3::from_rotation_translation(pose.rotation(), pose.position - eye);
             let bounds = self.request.prototypes.get(instance.prototype).bounds;
             let bounds = bounds.posed(pose);
             Some(Placed::new(
@@ -288,6 +296,18 @@ impl BlockMask {
             mask.window = mask.window.union(pixel.on_grid(BLOCK, size));
         }
         Ok(mask)
+    }
+
+    /// The blocks of a window on the grid.
+    fn of(window: Window, size: Size) -> Self {
+        let columns = size.width.div_ceil(BLOCK);
+        let blocks = (0..size.height.div_ceil(BLOCK))
+            .flat_map(|row| (0..columns).map(move |column| (column * BLOCK, row * BLOCK)));
+        Self {
+            window,
+            columns,
+            wanted: blocks.map(|(x, y)| window.contains(x, y)).collect(),
+        }
     }
 
     fn contains(&self, x: u32, y: u32) -> bool {

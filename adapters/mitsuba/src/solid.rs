@@ -59,6 +59,15 @@ pub(crate) struct HalfSpace {
     pub look: usize,
 }
 
+impl HalfSpace {
+    /// The unit normal from the eye, and the height of the plane along it.
+    pub fn seen_by(&self, from_eye: &DAffine3) -> (DVec3, f64) {
+        let turned = from_eye.matrix3.inverse().transpose() * self.normal;
+        let normal = turned.normalize_or(DVec3::Y);
+        (normal, from_eye.transform_point3(self.point).dot(normal))
+    }
+}
+
 /// A prototype, taken apart.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Model {

@@ -129,10 +129,8 @@ impl<'a> Placed<'a> {
         from_eye: glam::DAffine3,
         eye: glam::DVec3,
     ) -> Self {
-        let heights = model.half_spaces.iter().map(|half| {
-            let point = from_eye.transform_point3(half.point);
-            point.dot(from_eye.matrix3 * half.normal).abs()
-        });
+        let heights = model.half_spaces.iter();
+        let heights = heights.map(|half| half.seen_by(&from_eye).1.abs());
         let highest = heights.fold(0.0, f64::max);
         let farthest = match bounds {
             Bounds::Sphere(s) => s.centre.distance(eye) + s.radius,
