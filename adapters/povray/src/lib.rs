@@ -32,6 +32,7 @@ mod scene_text;
 mod solid;
 mod sources;
 pub mod state;
+mod surroundings;
 mod survey;
 mod tokens;
 pub mod unedited;
@@ -130,9 +131,9 @@ impl PovRay {
         includes: &[NativeFile],
         sky: Option<&NativeFile>,
     ) -> Result<Writer<'_>, AdapterError> {
-        let around = survey::around(includes, None, &self.library)?;
+        let around = surroundings::around(includes, None, &self.library)?;
         // Media, photons and the like treat the lights of a group in another way.
-        let confined = survey::around(includes, sky, &self.library)?
+        let confined = surroundings::around(includes, sky, &self.library)?
             .unlayerable
             .is_none();
         Ok(Writer {
@@ -318,7 +319,7 @@ impl Adapter for PovRay {
         includes: &[NativeFile],
         sky: Option<&NativeFile>,
     ) -> Result<Surroundings, AdapterError> {
-        let around = survey::around(includes, sky, &self.library)?;
+        let around = surroundings::around(includes, sky, &self.library)?;
         Ok(Surroundings {
             unlayerable: around.unlayerable,
             sky_on_objects: around.fog,
