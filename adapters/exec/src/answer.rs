@@ -41,7 +41,7 @@ pub fn read(program: &str, answer: &[u8]) -> Result<Reply, AdapterError> {
 pub fn nonsense(program: &str, why: &str) -> AdapterError {
     AdapterError::BadOutput {
         program: program.to_owned(),
-        file: "stdout".into(),
+        file: "an answer that is none".into(),
         reason: why.to_owned(),
     }
 }

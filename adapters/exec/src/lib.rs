@@ -189,7 +189,7 @@ impl Adapter for Exec {
         if let Some(what) = translate::obstacle(request, &self.can) {
             return Err(self.refused(what));
         }
-        let ask = translate::render(request, PathBuf::from("."), None);
+        let ask = translate::render(request, &self.can, PathBuf::from("."), None);
         let json = call::json(&protocol::Ask::Render(Box::new(ask)), &self.command)?;
         Ok(SceneText {
             files: vec![("request.json".to_owned(), json)],
@@ -208,7 +208,7 @@ impl Adapter for Exec {
             return Err(AdapterError::Cancelled);
         }
         let folder = call::Folder::new(run, &request.label)?;
-        let ask = translate::render(request, folder.path().to_owned(), run.threads);
+        let ask = translate::render(request, &self.can, folder.path().to_owned(), run.threads);
         let layers = ask.shots.len();
         if layers > 0 {
             run.tally.add_call(layers);

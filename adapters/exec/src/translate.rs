@@ -27,7 +27,7 @@ pub fn obstacle(request: &LayerRequest<'_>, can: &protocol::Abilities) -> Option
         if is_colour && !scene.hidden.is_empty() && !can.hidden_casters {
             return Some("objects that only cast shadows".into());
         }
-        if !can.block_mask && matches!(shot.region, Region::Blocks(_)) {
+        if !draws_blocks(can) && matches!(shot.region, Region::Blocks(_)) {
             return Some("blocks of a picture".into());
         }
         let inside = window(request, &shot.region);
@@ -46,6 +46,12 @@ pub fn obstacle(request: &LayerRequest<'_>, can: &protocol::Abilities) -> Option
             Geometry::Neutral(_) => None,
         }
     })
+}
+
+/// Can blocks be had? A program that does not mask draws the window around them:
+/// slower, and the same where windows are the full picture's own.
+fn draws_blocks(can: &protocol::Abilities) -> bool {
+    can.block_mask || can.crop_grid.is_some_and(|g| BLOCK.is_multiple_of(g))
 }
 
 /// Does the tree cut solids with each other? A union merely puts them together.
@@ -91,6 +97,7 @@ pub fn file(index: usize) -> String {
 /// The request, for layers in `folder`. Shots without a pixel are left out.
 pub fn render(
     request: &LayerRequest<'_>,
+    can: &protocol::Abilities,
     folder: PathBuf,
     threads: Option<usize>,
 ) -> protocol::Render {
@@ -127,12 +134,17 @@ pub fn render(
         prototypes: prototypes.collect(),
         shots: shots
             .filter(|(_, shot)| !window(request, &shot.region).is_empty())
-            .map(|(k, shot)| self::shot(request, k, shot))
+            .map(|(k, shot)| self::shot(request, can, k, shot))
             .collect(),
     }
 }
 
-fn shot(request: &LayerRequest<'_>, index: usize, shot: &LayerShot) -> protocol::Shot {
+fn shot(
+    request: &LayerRequest<'_>,
+    can: &protocol::Abilities,
+    index: usize,
+    shot: &LayerShot,
+) -> protocol::Shot {
     let Scene {
         camera,
         lights,
@@ -150,8 +162,8 @@ fn shot(request: &LayerRequest<'_>, index: usize, shot: &LayerShot) -> protocol:
         file: file(index),
         window: [window.x, window.y, window.width, window.height],
         blocks: match &shot.region {
-            Region::Window(_) => None,
-            Region::Blocks(blocks) => Some(blocks.clone()),
+            Region::Blocks(blocks) if can.block_mask => Some(blocks.clone()),
+            _ => None,
         },
         camera: protocol::Camera {
             eye: camera.eye.to_array(),
