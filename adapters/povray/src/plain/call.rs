@@ -10,6 +10,7 @@ use decor_api::{AdapterError, RunContext};
 
 use super::reader::Reader;
 use super::{Order, PlainScene, quoted};
+use crate::patiently;
 
 /// What pictures are called where decor lets POV-Ray write them: POV-Ray is not
 /// sure of names that are not ASCII.
@@ -77,6 +78,16 @@ impl PlainScene {
 
     /// One call of POV-Ray, in a folder named after `label`.
     pub(crate) fn call(
+        &self,
+        part: Part,
+        label: &str,
+        more: &More<'_>,
+        run: &RunContext,
+    ) -> Result<Called, AdapterError> {
+        patiently(|| self.call_once(part, label, more, run))
+    }
+
+    fn call_once(
         &self,
         part: Part,
         label: &str,

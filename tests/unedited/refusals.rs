@@ -1,0 +1,148 @@
+//! Scenes that break each refusal: rendered whole, identical, with the reason.
+
+use crate::trial::{ALWAYS, both};
+
+const SCENE: &str = "\
+#declare Where = <clock * 2 - 1, 0, 0>;
+plane { y, -1 pigment { checker rgb 1, rgb .3 } }
+sphere { Where, .5 pigment { rgb <1, .4, .2> } }
+";
+const CAMERA: &str = "camera { location <0, 1, -6> look_at 0 }\n";
+const LIGHT: &str = "light_source { <4, 8, -6>, 1 }\n";
+
+/// What a scene has instead of a still camera or light, or more; and a word of the
+/// reason.
+const CASES: &[(&str, &str, &str)] = &[
+    (
+        "camera",
+        "camera { location <clock, 1, -6> look_at 0 }",
+        "camera",
+    ),
+    (
+        "camera",
+        "camera { location <0, 1, -6> look_at 0 aperture .2 blur_samples 4 focal_point 0 }",
+        "focal blur",
+    ),
+    ("light", "light_source { <4, 8 - clock, -6>, 1 }", "light"),
+    (
+        "light",
+        "light_source { <4, 8, -6>, 1 area_light x, y, 2, 2 jitter }",
+        "jitter",
+    ),
+    ("", "sky_sphere { pigment { rgb clock } }", "sky_sphere"),
+    ("", "background { rgb clock }", "background"),
+    ("", "fog { distance 9 + clock rgb .5 }", "fog"),
+    ("", "#default { pigment { rgb clock } }", "default"),
+    ("", "plane { z, 9 + clock pigment { rgb .5 } }", "end"),
+    ("", "global_settings { radiosity { count 4 } }", "radiosity"),
+    ("", "global_settings { photons { count 50 } }", "photons"),
+    ("", "global_settings { subsurface { } }", "subsurface"),
+    (
+        "",
+        "global_settings { ambient_light clock }",
+        "global_settings",
+    ),
+    (
+        "",
+        "sphere { <2, 0, 0>, .3 finish { crand .3 } pigment { rgb 1 } }",
+        "crand",
+    ),
+    (
+        "",
+        "sphere { <2, 0, 0>, .6 hollow pigment { rgbt 1 } interior { media { emission 1 } } }",
+        "media",
+    ),
+    (
+        "",
+        "#fopen F \"numbers.txt\" read #read(F, Number) sphere { <Number, 1, 0>, .1 }",
+        "read",
+    ),
+    (
+        "",
+        "sphere { <mod(now, 1) * 1e-9, 2, 0>, .1 pigment { rgb 1 } }",
+        "now",
+    ),
+    (
+        "",
+        "#declare Name = concat(\"pa\", \"rt.inc\"); #include Name",
+        "computed",
+    ),
+    (
+        "",
+        "#include \"strings.inc\" Parse_String(\"sphere { <2, 1, 0>, .2 }\")",
+        "Parse_String",
+    ),
+    (
+        "",
+        "union { light_source { <clock, 3, 0>, .3 } sphere { <clock, 2, 0>, .1 } }",
+        "light",
+    ),
+];
+
+/// `None`: as it should be.
+fn wrong(case: &(&str, &str, &str)) -> Option<String> {
+    let (instead, text, reason) = *case;
+    let mut scene = SCENE.to_owned();
+    for (name, usual) in [("camera", CAMERA), ("light", LIGHT)] {
+        if instead != name {
+            scene.push_str(usual);
+        }
+    }
+    scene.push_str(text);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.pov"), scene).unwrap();
+    std::fs::write(folder.path().join("numbers.txt"), "1.5,\n").unwrap();
+    std::fs::write(folder.path().join("part.inc"), "sphere { <2, 2, 0>, .2 }\n").unwrap();
+    let switches = ["+W64", "+H48", "+KFF3", "-A", "+WT1"];
+    let tried = both(
+        folder.path(),
+        "s.pov",
+        &switches,
+        ALWAYS,
+        &folder.path().join("out"),
+    );
+    let whole = tried.whole();
+    let in_order = tried.summary["in_order"].as_str().unwrap_or_default();
+    if !tried.differing.is_empty() {
+        return Some(format!("{text}: {:?} differ", tried.differing));
+    }
+    let said = whole.contains(reason) || in_order.contains(reason);
+    (!said || tried.summary["mode"] != "full")
+        .then(|| format!("{text}: no `{reason}` in `{whole}`, `{in_order}`"))
+}
+
+#[test]
+fn each_refusal_renders_whole_and_says_why() {
+    let found = std::sync::Mutex::new(Vec::new());
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..6 {
+            scope.spawn(|| {
+                while let Some(case) =
+                    CASES.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
+                {
+                    found.lock().unwrap().extend(wrong(case));
+                }
+            });
+        }
+    });
+    let found = found.into_inner().unwrap();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// A film that needs no coherence says nothing of it.
+#[test]
+fn what_is_asked_for_whole_gives_no_reasons() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = format!("{SCENE}{CAMERA}{LIGHT}");
+    std::fs::write(folder.path().join("s.pov"), scene).unwrap();
+    let switches = ["+W64", "+H48", "+KFF3", "-A"];
+    let out = folder.path().join("out");
+    let tried = both(folder.path(), "s.pov", &switches, &["--mode", "full"], &out);
+    tried.assert_identical("mode full");
+    assert_eq!(
+        (tried.whole(), &tried.summary["mode"]),
+        (String::new(), &"full".into())
+    );
+    assert!(!tried.stderr.contains("rendered whole"), "{}", tried.stderr);
+}
