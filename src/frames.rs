@@ -363,3 +363,59 @@ impl Encoder<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: Size = Size {
+        width: 7,
+        height: 5,
+    };
+
+    fn patch(red: f32) -> Patch {
+        Patch {
+            window: SIZE.window(),
+            colour: vec![[red, 0.5, 0.1, 1.0]; SIZE.pixels()],
+            depth: None,
+        }
+    }
+
+    #[test]
+    fn the_same_picture_is_not_encoded_again_and_another_one_is() {
+        let adapter = crate::renderers::find("reference").unwrap();
+        for format in [PictureFormat::Png, PictureFormat::Png16] {
+            let encoder = Encoder {
+                adapter: &*adapter,
+                format,
+            };
+            let ground = Ground::empty(SIZE, &encoder);
+            let at = Path::new("frame.png");
+            let file = |red| encoder.file(&ground, None, &[patch(red)], at).unwrap();
+            let last = || ground.last.lock().unwrap().clone().unwrap();
+            let (first, kept) = (file(0.2), last());
+            assert_eq!(file(0.2), first);
+            assert!(Arc::ptr_eq(&kept, &last()), "it was encoded twice");
+            let other = file(0.9);
+            assert_ne!(other, first);
+            assert_eq!(file(0.2), first);
+            // What is written is what was encoded.
+            let mut reader = png::Decoder::new(std::io::Cursor::new(other))
+                .read_info()
+                .unwrap();
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            let max = if format == PictureFormat::Png {
+                255
+            } else {
+                65535
+            };
+            let red = if max == 255 {
+                u32::from(pixels[0])
+            } else {
+                u32::from(u16::from_be_bytes([pixels[0], pixels[1]]))
+            };
+            assert_eq!(red, adapter.encode(0.9, max));
+        }
+    }
+}

@@ -66,6 +66,55 @@ def tree_kib(pid):
     return total
 
 
+def own(pid, tick=os.sysconf("SC_CLK_TCK")):
+    """The CPU seconds and the peak of memory (KiB) of a process without its
+    children, so far; None where it has ended."""
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            fields = file.read().rsplit(")", 1)[1].split()
+        with open(f"/proc/{pid}/status") as file:
+            peak = next(int(line.split()[1]) for line in file if line.startswith("VmHWM"))
+        return (int(fields[11]) + int(fields[12])) / tick, peak
+    except (OSError, ValueError, IndexError, StopIteration):
+        return None
+
+
+def measured(command, environment=None, folder=None):
+    """Runs a program to its good end: its stdout, and wall and CPU time and memory
+    as seen from outside. What is its own is without its children, and a tick or a
+    look (50 ms) short."""
+    peak, alone, over = [0], [(0.0, 0)], threading.Event()
+    with tempfile.TemporaryFile() as stdout, tempfile.TemporaryFile() as stderr:
+        begun = time.monotonic()
+        process = subprocess.Popen(command, stdout=stdout, stderr=stderr, stdin=subprocess.DEVNULL,
+                                   env=environment, cwd=folder)
+
+        def watch():
+            while not over.wait(SAMPLE_S):
+                peak[0] = max(peak[0], tree_kib(process.pid))
+                alone[0] = own(process.pid) or alone[0]
+
+        watcher = threading.Thread(target=watch)
+        watcher.start()
+        _, status, usage = os.wait4(process.pid, 0)
+        wall = time.monotonic() - begun
+        over.set()
+        watcher.join()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        stderr.seek(0)
+        stdout.seek(0)
+        if process.returncode != 0:
+            text = stderr.read().decode(errors="replace")
+            raise Failed(f"{' '.join(command)}: {process.returncode}\n{text}")
+        return stdout.read(), {
+            "wall_s": wall,
+            "cpu_s": usage.ru_utime + usage.ru_stime,
+            "peak_mib": max(peak[0], usage.ru_maxrss) / 1024,
+            "own_cpu_s": alone[0][0],
+            "own_peak_mib": alone[0][1] / 1024,
+        }
+
+
 class Failed(Exception):
     """A run that did not end well."""
 
@@ -92,34 +141,12 @@ class Decor:
     def render(self, film, out, *options):
         """One run: its summary, with wall, CPU and memory as seen from outside."""
         command = [str(self.program), "render", str(film), "-o", str(out), "--json", "-q", *map(str, options)]
-        peak, over = [0], threading.Event()
-        with tempfile.TemporaryFile() as stdout, tempfile.TemporaryFile() as stderr:
-            begun = time.monotonic()
-            process = subprocess.Popen(command, stdout=stdout, stderr=stderr, env=self.environment)
-
-            def watch():
-                while not over.wait(SAMPLE_S):
-                    peak[0] = max(peak[0], tree_kib(process.pid))
-
-            watcher = threading.Thread(target=watch)
-            watcher.start()
-            _, status, usage = os.wait4(process.pid, 0)
-            wall = time.monotonic() - begun
-            over.set()
-            watcher.join()
-            process.returncode = os.waitstatus_to_exitcode(status)
-            stderr.seek(0)
-            stdout.seek(0)
-            if process.returncode != 0:
-                text = stderr.read().decode(errors="replace")
-                raise Failed(f"{' '.join(command)}: {process.returncode}\n{text}")
-            summary = json.loads(stdout.read().splitlines()[-1])
+        text, figures = measured(command, self.environment)
+        summary = json.loads(text.splitlines()[-1])
         traced = summary["pixels_traced"]
         decors = [p for p in summary["periods"] if p["whole"] is None]
         return {
-            "wall_s": wall,
-            "cpu_s": usage.ru_utime + usage.ru_stime,
-            "peak_mib": max(peak[0], usage.ru_maxrss) / 1024,
+            **figures,
             "traced": sum(traced.values()),
             "traced_by_pass": traced,
             "pixels_full": summary["pixels_full"],
@@ -147,7 +174,7 @@ class Decor:
 def median_of(runs):
     """The medians of what varies; the rest is the first run's."""
     result = dict(runs[0])
-    for key in ("wall_s", "cpu_s", "peak_mib"):
+    for key in ("wall_s", "cpu_s", "peak_mib", "own_cpu_s", "own_peak_mib"):
         values = [run[key] for run in runs]
         result[key] = statistics.median(values)
         result[f"{key}_all"] = [round(value, 4) for value in values]
