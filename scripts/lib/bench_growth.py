@@ -101,6 +101,6 @@ def slopes(found, unit):
     for name in SETTINGS:
         points = [(one["amount"], one["runs"][name]["cpu_s"]) for one in found.values()]
         start, slope, off, power = line(points)
-        rows.append([name, seconds(start), f"{1e6 * slope:.4g}", percent(off), figure(power)])
-    head = ["CPU", "at nothing, s", f"slope, µs a {unit}", "farthest from the line", "power of the last step"]
+        rows.append([name, seconds(start), figure(1e6 * slope), percent(off), figure(power)])
+    head = ["CPU", "at nothing, s", f"slope, µs per {unit}", "farthest from the line", "power of the last step"]
     return table(head, rows)
