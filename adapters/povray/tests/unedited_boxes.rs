@@ -150,7 +150,7 @@ const KINDS: &[&str] = &[
     "sphere{0,1 clipped_by{box{-.5,2}}",
     "sphere{0,1 bounded_by{box{-.1,.1}}",
     "sphere{0,1 inverse",
-    "union{union{sphere{-x,.3} rotate z*30} bounded_by{sphere{0,.2}}",
+    "union{union{sphere{-x,.3} rotate z*30} bounded_by{sphere{<-.87,-.5,0>,.25}}",
     "intersection{plane{y,.5} plane{-y,.5} plane{x,.5} plane{-x,.5} plane{z,.5} plane{-z,.5}",
     "quadric{<1,0,1>,0,0,-.3 clipped_by{box{-.9,.9}}",
 ];
@@ -212,6 +212,8 @@ fn number(pixel: &[u8]) -> usize {
 
 #[test]
 fn boxes_contain_objects_of_every_kind() {
+    // Flat ones are not seen from the side.
+    let mut seen = vec![0; KINDS.len()];
     for along_x in [false, true] {
         let film = Film::new(&[("a.pov", &zoo(along_x))], &[]);
         assert_eq!(film.analysis.whole, [], "nothing is refused");
@@ -223,7 +225,6 @@ fn boxes_contain_objects_of_every_kind() {
         for (frame, picture) in found.frames.iter().zip(film.pictures(&film.scene)) {
             let (columns, rows, bytes) = picture;
             let (step_x, step_y) = (32.0 / columns as f64, 24.0 / rows as f64);
-            let mut seen = vec![0; KINDS.len()];
             for (at, pixel) in bytes.chunks(3).enumerate() {
                 let number = number(pixel);
                 if number == 0 {
@@ -248,9 +249,6 @@ fn boxes_contain_objects_of_every_kind() {
                 let inside = (across.0..=across.1).contains(&x) && (min.y..=max.y).contains(&y);
                 assert!(inside, "{} at {x} {y}: {min} {max}", KINDS[number - 1]);
             }
-            for (kind, seen) in KINDS.iter().zip(seen) {
-                assert!(seen > 3, "{kind} is not seen");
-            }
             for placed in &frame.objects {
                 let Extent::Box { min, max } = placed.extent else {
                     panic!("it has an end")
@@ -261,6 +259,9 @@ fn boxes_contain_objects_of_every_kind() {
                 );
             }
         }
+    }
+    for (kind, seen) in KINDS.iter().zip(seen) {
+        assert!(seen > 3, "{kind} is not seen");
     }
 }
 

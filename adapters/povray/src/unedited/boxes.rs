@@ -346,7 +346,7 @@ fn vectors(words: &[&str]) -> Option<Vec<DVec3>> {
         .iter()
         .map(|word| word.parse().ok())
         .collect::<Option<_>>()?;
-    let whole = numbers.len() % 3 == 0;
+    let whole = numbers.len().is_multiple_of(3);
     whole.then(|| numbers.chunks(3).map(DVec3::from_slice).collect())
 }
 

@@ -330,6 +330,22 @@ const CASES: &[Case] = &[
         Moves("m"),
     ),
     case(
+        "by reference from a callee",
+        "#macro In() #declare P=clock; #end #macro Out(P) In() #end #declare A=1; Out(A) sphere{A,1}",
+        Moves("m"),
+    ),
+    with(
+        "by reference from an include",
+        "#macro Out(P) #include \"u.inc\" #end #declare A=1; Out(A) sphere{A,1}",
+        "#declare P=clock;",
+        Moves("m"),
+    ),
+    case(
+        "a parameter called like a value",
+        "#declare P=clock; #macro M(P) sphere{P,1} #end #declare A=1; M(A) sphere{A,1}",
+        Moves(".m"),
+    ),
+    case(
         "no commas",
         "#macro Copy(P Q) #declare P=Q; #end #declare A=1; Copy(A clock) sphere{A,1}",
         Moves("m"),

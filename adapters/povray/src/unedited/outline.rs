@@ -215,9 +215,8 @@ impl<'a> Outline<'a> {
                 }
             }
         }
-        for file in 0..sources.files.len() {
-            let walk = Walk::new(file, &macros, &broken_macros[file]);
-            outline.file(walk, &sources.files[file].called);
+        for (file, (source, broken)) in sources.files.iter().zip(&broken_macros).enumerate() {
+            outline.file(Walk::new(file, &macros, broken), &source.called);
         }
         for (unit, token, name) in std::mem::take(&mut outline.if_whole) {
             if !outline.makes_whole(name, 0) {

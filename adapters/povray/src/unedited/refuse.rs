@@ -127,6 +127,16 @@ impl<'a> Scene<'_, 'a> {
                 found.push(self.token(index, unit.start, reason));
             }
         }
+        let settings = outline.settings.iter();
+        let settings = settings.filter(|raw| self.placing.used[raw.unit]);
+        for raw in self.placing.live.iter().copied().chain(settings) {
+            let counted = matches!(raw.keyword, "light_source" | "camera")
+                || !super::values::is_global(raw.keyword) && raw.keyword != "default";
+            if !counted && self.placing.reach_mixed(&raw.words) {
+                let reason = "a macro that makes objects elsewhere is called here";
+                found.push(self.here(raw, reason));
+            }
+        }
         for call in &outline.calls {
             let unit = &outline.units[call.unit];
             let token = outline.tokens[unit.file].list[call.token];

@@ -32,6 +32,26 @@ pub struct SourceFile {
     pub library: bool,
     /// How `#include`s spell it.
     pub(super) called: Vec<String>,
+    /// Where its lines end.
+    newlines: Vec<usize>,
+}
+
+impl SourceFile {
+    fn new(path: PathBuf, text: Vec<u8>, library: bool) -> Self {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let bytes = text.iter().enumerate();
+        Self {
+            name: name.into_owned(),
+            newlines: bytes
+                .filter(|(_, byte)| **byte == b'\n')
+                .map(|(at, _)| at)
+                .collect(),
+            path,
+            text,
+            library,
+            called: Vec::new(),
+        }
+    }
 }
 
 /// A scene and its includes, each once. The first file is the scene.
@@ -73,7 +93,8 @@ impl Sources {
     /// [`AdapterError::Io`] where a file cannot be read.
     pub fn read(povray: &PovRay, scene: &PlainScene) -> Result<Self, AdapterError> {
         let find = |name: &str| scene.find(name, INCLUDE_ENDINGS);
-        let path = scene.files.first().cloned().unwrap_or_default();
+        let name = scene.settings().text("Input_File_Name").unwrap_or_default();
+        let path = scene.find(name, &[".pov", ".POV"]).unwrap_or_default();
         let header = scene.settings().text("Include_Header").and_then(find);
         let library = |path: &Path| povray.library.holds(path);
         let mut sources = Self::collect(path, header, find, library)?;
@@ -92,13 +113,9 @@ impl Sources {
             prefix: String::new(),
         };
         for (name, text) in files {
-            sources.files.push(SourceFile {
-                path: PathBuf::from(name),
-                name: (*name).to_owned(),
-                text: text.as_bytes().to_vec(),
-                library: false,
-                called: vec![(*name).to_owned()],
-            });
+            let mut file = SourceFile::new(PathBuf::from(name), text.as_bytes().to_vec(), false);
+            file.called.push((*name).to_owned());
+            sources.files.push(file);
         }
         sources.choose_prefix();
         sources
@@ -145,14 +162,8 @@ impl Sources {
             return Ok(known);
         }
         let text = std::fs::read(&path).map_err(AdapterError::io(&path))?;
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        self.files.push(SourceFile {
-            name: name.into_owned(),
-            library: library(&path),
-            path,
-            text,
-            called: Vec::new(),
-        });
+        let library = library(&path);
+        self.files.push(SourceFile::new(path, text, library));
         Ok(self.files.len() - 1)
     }
 
@@ -170,8 +181,8 @@ impl Sources {
 
     /// The line of a byte, from 1.
     pub fn line(&self, file: usize, at: usize) -> usize {
-        let text = self.files.get(file).map_or(&[][..], |file| &file.text);
-        1 + text.iter().take(at).filter(|byte| **byte == b'\n').count()
+        let ends = self.files.get(file).map_or(&[][..], |file| &file.newlines);
+        1 + ends.partition_point(|end| *end < at)
     }
 
     /// Inserts `text` behind everything else in the scene.

@@ -297,11 +297,10 @@ impl<'o, 'a> Taint<'o, 'a> {
                         self.names.insert(param, Why { at, by }).is_none()
                     };
                 }
-                // A parameter that is removed somewhere is no longer its own.
-                let anybodys = !self.outline.owns(*callee, param);
-                if self.written.contains(&(*callee, *param))
-                    || anybodys && self.names.contains_key(param)
-                {
+                // What the callee calls may write to it too: scoping is dynamic.
+                let elsewhere = self.names.contains_key(param)
+                    && (!self.outline.owns(*callee, param) || self.is_seen(*callee, param));
+                if self.written.contains(&(*callee, *param)) || elsewhere {
                     let by = Cause::Word(param, *callee);
                     news |= self.write_back(words, call.unit, Why { at, by });
                 }
@@ -330,15 +329,18 @@ impl<'o, 'a> Taint<'o, 'a> {
         news
     }
 
+    /// Does anything that a unit calls use a name of the unit's own?
+    fn is_seen(&self, unit: usize, name: &str) -> bool {
+        self.calls[unit].iter().any(|callee| {
+            self.outline.units[*callee].words.contains(name) && !self.outline.owns(*callee, name)
+        })
+    }
+
     /// What units call sees their parameters and locals.
     fn callees_see(&mut self) -> bool {
         let mut found = Vec::new();
         for ((unit, name), why) in &self.own {
-            let free = |callee: &usize| {
-                self.outline.units[*callee].words.contains(name)
-                    && !self.outline.owns(*callee, name)
-            };
-            if !self.seen.contains_key(name) && self.calls[*unit].iter().any(free) {
+            if !self.seen.contains_key(name) && self.is_seen(*unit, name) {
                 found.push((*name, *why));
             }
         }
