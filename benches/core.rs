@@ -70,7 +70,11 @@ const SIZE: Size = Size {
 /// A picture with slopes, edges and grain: pixel (x, y).
 fn colour(x: u32, y: u32) -> [f32; 4] {
     let (u, v) = (x as f32 / SIDE as f32, y as f32 / SIDE as f32);
-    let tile = if (x / 64 + y / 48) % 2 == 0 { 0.2 } else { 0.6 };
+    let tile = if (x / 64 + y / 48).is_multiple_of(2) {
+        0.2
+    } else {
+        0.6
+    };
     let grain = (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503)) >> 30;
     let grain = grain as f32 * 1e-3;
     [tile * u + grain, 0.7 * v + grain, 0.5 * u * v + 0.1, 1.0]
