@@ -58,6 +58,16 @@ ensure_mitsuba() {
     export DECOR_MITSUBA
 }
 
+# numpy: the renderer in Python that the tests of exec: call needs it.
+ensure_numpy() {
+    local there="import numpy"
+    python3 -c "$there" 2>/dev/null && return 0
+    # The system's package is not seen by a Python of another kind.
+    install_packages python3 python3-numpy && python3 -c "$there" 2>/dev/null && return 0
+    echo "decor: installing numpy with pip" >&2
+    python3 -m pip install --quiet --disable-pip-version-check numpy >&2 && python3 -c "$there"
+}
+
 # A browser: the test of the report opens its page. Debian's name, and others'.
 ensure_browser() {
     command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||
