@@ -77,6 +77,17 @@ const CASES: &[(&str, &str, &str)] = &[
         "union { light_source { <clock, 3, 0>, .3 } sphere { <clock, 2, 0>, .1 } }",
         "light",
     ),
+    (
+        "",
+        "difference { box { -.3, .3 pigment { rgbf .8 } } sphere { <0, .3, 0>, .25 pigment { rgb x } } \
+         texture { pigment { rgb 1 } } translate 2 * x }",
+        "part of glass",
+    ),
+    (
+        "",
+        "julia_fractal { <-.083, 0, -.83, -.025> pigment { rgb 1 } scale .3 translate 2 * x }",
+        "julia_fractal",
+    ),
 ];
 
 /// `None`: as it should be.

@@ -22,6 +22,7 @@
 mod analysis;
 mod blocks;
 mod boxes;
+mod brackets;
 #[cfg(test)]
 mod cases;
 mod frames;
@@ -29,6 +30,7 @@ mod geometry;
 mod instrument;
 mod keys;
 mod lex;
+mod mixed;
 mod order;
 mod outline;
 mod placing;

@@ -11,7 +11,7 @@
 //! and asks that one first. It is asked a little differently, which shows where
 //! surfaces are nearer than 0.001 to each other, on surfaces that are found only
 //! roughly (`julia_fractal`), and where a CSG object has glass and opaque parts
-//! and a texture of its own. No text tells all that: so a frame is traced both
+//! and a texture of its own ([`super::mixed`]). No text tells all that: so a frame is traced both
 //! ways, and where the two differ, all frames are rendered whole.
 
 use std::collections::HashSet;
@@ -20,6 +20,7 @@ use decor_api::Size;
 
 use super::analysis::Refusal;
 use super::blocks::{Grid, Sampling};
+use super::mixed::mixed;
 use super::source::Sources;
 use crate::PovRay;
 use crate::call::LayerSource;
@@ -106,7 +107,17 @@ fn word_refusals(povray: &PovRay, sources: &Sources) -> Vec<Refusal> {
     let mut list = Vec::new();
     let mut named: HashSet<String> = HashSet::new();
     for file in sources.files.iter().filter(|file| !file.library) {
-        for token in tokens(&file.text) {
+        let found = tokens(&file.text);
+        list.extend(mixed(&found).into_iter().map(|line| {
+            Refusal {
+                file: file.name.clone(),
+                line,
+                reason: "shadows of an opaque CSG object with a part of glass depend on the \
+                     pixels that were traced before"
+                    .into(),
+            }
+        }));
+        for token in found {
             if token.kind != Kind::Word {
                 continue;
             }
