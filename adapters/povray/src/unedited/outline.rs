@@ -9,6 +9,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 
+use super::brackets::Brackets;
 use super::lex::{Kind, Token, lex};
 use super::source::Sources;
 use super::values::{Shape, is_colour, is_global, is_object, value_end};
@@ -332,91 +333,6 @@ fn words_of<'a>(tokens: &[Token<'a>], range: Range<usize>) -> Vec<&'a str> {
         .filter(|at| counts(*at))
         .map(|at| tokens[at].text)
         .collect()
-}
-
-/// The brackets of a text.
-#[derive(Default)]
-struct Brackets {
-    /// The partner of each bracket; for other tokens their own.
-    partner: Vec<usize>,
-    /// A bracket without partner, outside of all macros.
-    broken: Option<usize>,
-    /// The same in macros, by the `#macro`. What nobody calls may be like that.
-    broken_macros: HashMap<usize, usize>,
-}
-
-impl Brackets {
-    fn of(tokens: &[Token<'_>]) -> Self {
-        let mut found = Self {
-            partner: (0..tokens.len()).collect(),
-            ..Self::default()
-        };
-        // Open directives (is it a macro?), and the brackets open in each macro.
-        let mut directives: Vec<Option<usize>> = Vec::new();
-        let mut open: Vec<(Option<usize>, Vec<usize>)> = vec![(None, Vec::new())];
-        for (at, token) in tokens.iter().enumerate() {
-            match (token.kind, token.text) {
-                (Kind::Directive, "macro") => {
-                    directives.push(Some(at));
-                    open.push((Some(at), Vec::new()));
-                }
-                (Kind::Directive, "if" | "ifdef" | "ifndef" | "while" | "for" | "switch") => {
-                    directives.push(None);
-                }
-                (Kind::Directive, "end") => {
-                    if let Some(Some(_)) = directives.pop()
-                        && let Some((within, left)) = open.pop()
-                        && let Some(bracket) = left.first()
-                    {
-                        found.without_partner(within, *bracket);
-                    }
-                }
-                (Kind::Mark, "(" | "[" | "{") => {
-                    if let Some((_, open)) = open.last_mut() {
-                        open.push(at);
-                    }
-                }
-                (Kind::Mark, mark @ (")" | "]" | "}")) => {
-                    let Some((within, open)) = open.last_mut() else {
-                        continue;
-                    };
-                    let opening = match mark {
-                        ")" => "(",
-                        "]" => "[",
-                        _ => "{",
-                    };
-                    match open.pop() {
-                        Some(other) if tokens[other].text == opening => {
-                            found.partner[at] = other;
-                            found.partner[other] = at;
-                        }
-                        _ => {
-                            let within = *within;
-                            found.without_partner(within, at);
-                        }
-                    }
-                }
-                _ => {}
-            }
-        }
-        for (within, left) in open {
-            if let Some(bracket) = left.first() {
-                found.without_partner(within, *bracket);
-            }
-        }
-        found
-    }
-
-    fn without_partner(&mut self, within: Option<usize>, bracket: usize) {
-        match within {
-            Some(definition) => {
-                self.broken_macros.entry(definition).or_insert(bracket);
-            }
-            None => {
-                self.broken.get_or_insert(bracket);
-            }
-        }
-    }
 }
 
 /// An open directive.
