@@ -12,9 +12,13 @@ use crate::scene_text::{Pass, Rendered, Script, Take};
 /// Files a call: their names must fit on a command line.
 const MOST_FILES: usize = 500;
 
-/// How exact depth is: single precision, relative to the distance, with what a
+/// How exact depth is, relative to the distance: single precision, with what a
 /// few operations lose.
-pub(crate) const DEPTH_QUANTUM: (f64, f64) = (0.0, 1e-6);
+const DEPTH_PRECISION: f64 = 1e-6;
+
+/// How much farther apart two surfaces are along a ray than across: of a ray
+/// that meets them at 30°.
+const SLANT: f64 = 2.0;
 
 /// One request and where it runs.
 pub(crate) struct LayerCall<'a> {
@@ -176,7 +180,7 @@ fn depth(take: &Take, folder: &Folder) -> Result<Layer, AdapterError> {
         window: take.window,
         colour: None,
         depth: Some(depth),
-        depth_quantum: DEPTH_QUANTUM,
+        depth_quantum: (SLANT * take.deviation, DEPTH_PRECISION),
     })
 }
 

@@ -1,5 +1,5 @@
 //! Intersections and differences as meshes. Mitsuba has none: what is cut is
-//! made of triangles, round parts in steps ([`AROUND`], [`AROUND_BALL`]).
+//! made of triangles, round parts in steps.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,17 +8,30 @@ use boolmesh::prelude::{Manifold, OpType};
 use decor_api::{AdapterError, Bounds, Csg, Material, Sphere, TriangleMesh};
 use glam::{DAffine3, DVec3};
 
-use crate::solid::descend;
-use crate::tessellate::{cuboid, frustum, moved, sphere, torus, turn_over, volume};
+use crate::solid::{descend, largest, sagitta};
+use crate::tessellate::{
+    cuboid, deviation_of_sphere, frustum, moved, sphere, torus, turn_over, volume,
+};
 use crate::unsupported;
 
 /// Steps around cylinders and cones: of a radius of 1, no point of the mesh is
-/// more than 8e-5 off.
-const AROUND: u32 = 256;
+/// more than 2e-5 off.
+const AROUND: u32 = 512;
 
-/// Steps around what is round in two directions: 2e-4 off. Twice as many make
-/// four times the triangles, and a cut takes seconds.
-const AROUND_BALL: u32 = 192;
+/// Steps around rings: of a radius of 1, 3e-4 off. Twice as many make four times
+/// the triangles, and a cut takes seconds.
+const AROUND_RING: u32 = 192;
+
+/// Steps along the edges of the icosahedron that a ball is made of, where it is
+/// as large as all that is cut: 2e-5 off. The tests of this file count volumes,
+/// which need no such precision.
+const STEPS: f64 = if cfg!(test) { 24.0 } else { 84.0 };
+
+/// The steps of a ball that is smaller than half of it all: as far off.
+fn steps(radius: f64, within: f64) -> u32 {
+    let share = (2.0 * radius / within).clamp(0.0, 1.0);
+    (STEPS * share.sqrt()).ceil().clamp(8.0, STEPS) as u32
+}
 
 /// A closed mesh; every corner carries the number of its look.
 type Body = Manifold<f64>;
@@ -41,6 +54,38 @@ pub(crate) fn meshes(
     Ok(body.map(|body| by_look(&body)).unwrap_or_default())
 }
 
+/// How far the mesh of a cut solid is from its surface, at most.
+pub(crate) fn deviation(node: &Csg) -> f64 {
+    match node.bounds() {
+        Bounds::Sphere(within) => deviation_within(node, 1.0, within.radius),
+        _ => 0.0,
+    }
+}
+
+fn deviation_within(node: &Csg, scale: f64, within: f64) -> f64 {
+    match node {
+        Csg::Sphere { radius, .. } => {
+            let radius = radius * scale;
+            radius * deviation_of_sphere(steps(radius, within))
+        }
+        Csg::Cylinder { radius, .. } => sagitta(radius * scale, AROUND),
+        Csg::Cone {
+            base_radius,
+            cap_radius,
+            ..
+        } => sagitta(base_radius.max(*cap_radius) * scale, AROUND),
+        // Half as many steps around the tube are four times as far off.
+        Csg::Torus { major, minor } => 2.0 * sagitta((major + 5.0 * minor) * scale, AROUND_RING),
+        Csg::Scale(by, node) => deviation_within(node, scale * by.abs().max_element(), within),
+        other => {
+            let inside = other.children().into_iter();
+            inside
+                .map(|node| deviation_within(node, scale, within))
+                .fold(0.0, f64::max)
+        }
+    }
+}
+
 struct Cutter {
     /// Around all that is left in the end.
     within: Sphere,
@@ -56,7 +101,10 @@ impl Cutter {
         looks: &mut Vec<Material>,
     ) -> Result<Option<Body>, AdapterError> {
         let mesh = match node {
-            Csg::Sphere { centre, radius } => sphere(*centre, *radius, AROUND_BALL),
+            Csg::Sphere { centre, radius } => {
+                let steps = steps(radius * largest(&placement), self.within.radius);
+                sphere(*centre, *radius, steps)
+            }
             Csg::Box { min, max } => cuboid(*min, *max),
             Csg::Cylinder { base, cap, radius } => frustum(*base, *radius, *cap, *radius, AROUND),
             Csg::Cone {
@@ -65,7 +113,7 @@ impl Cutter {
                 cap,
                 cap_radius,
             } => frustum(*base, *base_radius, *cap, *cap_radius, AROUND),
-            Csg::Torus { major, minor } => torus(*major, *minor, AROUND_BALL),
+            Csg::Torus { major, minor } => torus(*major, *minor, AROUND_RING),
             Csg::Plane { normal, distance } => {
                 let block = self.block_below(*normal, *distance, placement);
                 return block.map(|mesh| body_of(&mesh, look)).transpose();

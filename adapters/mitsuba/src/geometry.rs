@@ -19,7 +19,7 @@ use crate::xml::{matrix, number, point};
 
 /// Steps around a cone that is not cut: of a radius of 1, no point is more than
 /// 5e-6 off.
-const AROUND: u32 = 1024;
+pub(crate) const AROUND: u32 = 1024;
 
 /// Control points of the curve in a torus. Where a cubic spline is nearest to
 /// a circle, at so many points it is as good as single precision.
@@ -284,7 +284,7 @@ fn instance(
         let far = drawn_to(height.abs(), reach) * units.scale;
         let _ = writeln!(
             text,
-            "<shape type=\"rectangle\"><transform name=\"to_world\">{}</transform><ref id=\"look{look}\"/></shape>",
+            "<shape type=\"disk\"><transform name=\"to_world\">{}</transform><ref id=\"look{look}\"/></shape>",
             matrix([u * far, v * far, normal], normal * (height * units.scale))
         );
     }

@@ -46,6 +46,8 @@ pub(crate) struct Take {
     /// What the pictures cover.
     pub drawn: Window,
     pub sensor: Sensor,
+    /// How far meshes are from what they stand for.
+    pub deviation: f64,
     /// None where there is nothing to see.
     pub passes: Vec<Rendered>,
 }
@@ -164,6 +166,7 @@ impl Writer<'_> {
                 window
             },
             sensor,
+            deviation: placed.iter().map(|p| p.model.deviation).fold(0.0, f64::max),
             passes: Vec::new(),
         };
         if window.is_empty() || placed.is_empty() {

@@ -4,6 +4,7 @@
 //! ([`cut`](crate::cut)); half-spaces stay apart, for they have no end and are
 //! drawn as far as the eye sees.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use decor_api::scene::rotation;
@@ -11,6 +12,7 @@ use decor_api::{AdapterError, Csg, Material, TriangleMesh};
 use glam::{DAffine3, DVec3};
 
 use crate::cut::{self, placed_plane};
+use crate::geometry;
 
 /// A shape in coordinates of its own.
 #[derive(Clone, Debug)]
@@ -74,6 +76,8 @@ pub(crate) struct Model {
     pub parts: Vec<Part>,
     pub half_spaces: Vec<HalfSpace>,
     pub looks: Vec<Material>,
+    /// How far meshes are from the round surfaces that they stand for.
+    pub deviation: f64,
 }
 
 impl Model {
@@ -107,12 +111,17 @@ impl Model {
                 base_radius,
                 cap,
                 cap_radius,
-            } => Shape::Cone {
-                base: *base,
-                base_radius: *base_radius,
-                cap: *cap,
-                cap_radius: *cap_radius,
-            },
+            } => {
+                let radius = base_radius.max(*cap_radius) * largest(&placement);
+                let deviation = sagitta(radius, geometry::AROUND);
+                self.deviation = self.deviation.max(deviation);
+                Shape::Cone {
+                    base: *base,
+                    base_radius: *base_radius,
+                    cap: *cap,
+                    cap_radius: *cap_radius,
+                }
+            }
             Csg::Torus { major, minor } => Shape::Torus {
                 major: *major,
                 minor: *minor,
@@ -143,6 +152,8 @@ impl Model {
                 return self.add(first, placement, look);
             }
             Csg::Intersection(_) | Csg::Difference(..) => {
+                let deviation = cut::deviation(node) * largest(&placement);
+                self.deviation = self.deviation.max(deviation);
                 for (mesh, look) in cut::meshes(node, look, &mut self.looks)? {
                     self.parts.push(Part {
                         shape: Shape::Mesh(Arc::new(mesh)),
@@ -183,6 +194,20 @@ pub(crate) fn descend<'a>(
         }
         other => (other, placement, look),
     }
+}
+
+/// By how much `placement` enlarges along the model's axes, at most.
+pub(crate) fn largest(placement: &DAffine3) -> f64 {
+    let m = placement.matrix3;
+    [m.x_axis, m.y_axis, m.z_axis]
+        .map(DVec3::length)
+        .into_iter()
+        .fold(0.0, f64::max)
+}
+
+/// How far the sides of a polygon of so many corners are from its circle.
+pub(crate) fn sagitta(radius: f64, around: u32) -> f64 {
+    radius * (1.0 - (PI / f64::from(around)).cos())
 }
 
 /// By how much `placement` enlarges, where it keeps angles.

@@ -2,6 +2,7 @@
 //! what is cut. Vertices lie on the solid; triangles turn anticlockwise as seen
 //! from outside, in coordinates that know no hands.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use decor_api::TriangleMesh;
@@ -86,23 +87,76 @@ fn revolved(profile: &[(f64, f64)], around: u32) -> TriangleMesh {
     mesh
 }
 
-/// A sphere in `around` steps, and half as many from pole to pole.
-pub(crate) fn sphere(centre: DVec3, radius: f64, around: u32) -> TriangleMesh {
-    let stacks = around / 2;
-    let profile: Vec<(f64, f64)> = (0..=stacks)
-        .map(|k| match k {
-            0 => (0.0, -radius),
-            k if k == stacks => (0.0, radius),
-            k => {
-                let (sin, cos) = on_circle(k, 2 * stacks);
-                (radius * sin, -radius * cos)
-            }
+/// How far the mesh of a [`sphere`] of radius 1 is from it, at most.
+pub(crate) fn deviation_of_sphere(steps: u32) -> f64 {
+    // Where the faces of the icosahedron are nearest to the centre (0.795), its
+    // edges of 1.051 are projected the longest. An equilateral triangle of edge
+    // e lies e²/6 below its sphere; half of that is above (see `sphere`).
+    let edge = 1.051 / 0.795 / f64::from(steps);
+    edge * edge / 12.0
+}
+
+/// A sphere, as an icosahedron whose edges are cut into so many steps. Vertices
+/// lie outside by as much as the middles of triangles lie inside.
+pub(crate) fn sphere(centre: DVec3, radius: f64, steps: u32) -> TriangleMesh {
+    let steps = steps.max(1);
+    let radius = radius * (1.0 + deviation_of_sphere(steps));
+    let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
+    let ring = |k: usize, a: f64, b: f64| {
+        let mut v = [0.0; 3];
+        v[(k + 1) % 3] = a;
+        v[(k + 2) % 3] = b * golden;
+        DVec3::from_array(v)
+    };
+    let corners: Vec<DVec3> = (0..3)
+        .flat_map(|k| {
+            [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(a, b)| ring(k, a, b))
         })
         .collect();
-    moved(
-        revolved(&profile, around),
-        DAffine3::from_translation(centre),
-    )
+    let near = |a: usize, b: usize| corners[a].distance_squared(corners[b]) < 4.1;
+    let mut mesh = TriangleMesh::default();
+    // A vertex by its weights: edges are shared by two faces.
+    let mut known: HashMap<[(usize, u32); 3], u32> = HashMap::new();
+    for a in 0..12 {
+        for b in a + 1..12 {
+            for c in b + 1..12 {
+                if !(near(a, b) && near(b, c) && near(a, c)) {
+                    continue;
+                }
+                let outwards = corners[a].dot(corners[b].cross(corners[c])) > 0.0;
+                let (b, c) = if outwards { (b, c) } else { (c, b) };
+                let mut vertex = |j: u32, k: u32| {
+                    let mut weights = [(a, steps - j - k), (b, j), (c, k)];
+                    let point: DVec3 = weights
+                        .iter()
+                        .map(|&(p, w)| corners[p] * f64::from(w))
+                        .sum();
+                    for (p, w) in &mut weights {
+                        if *w == 0 {
+                            *p = usize::MAX;
+                        }
+                    }
+                    weights.sort_unstable();
+                    *known.entry(weights).or_insert_with(|| {
+                        mesh.vertices.push(centre + point.normalize() * radius);
+                        (mesh.vertices.len() - 1) as u32
+                    })
+                };
+                let mut triangles = Vec::new();
+                for j in 0..steps {
+                    for k in 0..steps - j {
+                        let (p, q, r) = (vertex(j, k), vertex(j + 1, k), vertex(j, k + 1));
+                        triangles.push([p, q, r]);
+                        if j + k + 1 < steps {
+                            triangles.push([q, vertex(j + 1, k + 1), r]);
+                        }
+                    }
+                }
+                mesh.triangles.extend(triangles);
+            }
+        }
+    }
+    mesh
 }
 
 /// A cone, a truncated cone or a cylinder, with its ends.
@@ -171,7 +225,6 @@ pub(crate) fn volume(mesh: &TriangleMesh) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashMap;
     use std::f64::consts::PI;
 
     /// Does every edge belong to two triangles, once in each direction?
@@ -198,12 +251,32 @@ mod tests {
     fn meshes_are_closed_and_hold_the_volume_of_their_solids() {
         let centre = DVec3::new(1.0, -2.0, 3.0);
         holds(&cuboid(centre, centre + DVec3::new(1.0, 2.0, 3.0)), 6.0);
-        holds(&sphere(centre, 2.0, 200), 4.0 / 3.0 * PI * 8.0);
+        holds(&sphere(centre, 2.0, 40), 4.0 / 3.0 * PI * 8.0);
         let cap = centre + DVec3::new(0.0, 3.0, 4.0);
         holds(&frustum(centre, 2.0, cap, 2.0, 200), PI * 4.0 * 5.0);
         holds(&frustum(centre, 2.0, cap, 0.0, 200), PI * 4.0 * 5.0 / 3.0);
         holds(&frustum(centre, 0.0, cap, 2.0, 200), PI * 4.0 * 5.0 / 3.0);
         holds(&torus(3.0, 1.0, 200), 2.0 * PI * PI * 3.0);
+    }
+
+    #[test]
+    fn the_mesh_of_a_sphere_is_as_near_as_it_says() {
+        for steps in [10, 21] {
+            let mesh = sphere(DVec3::ZERO, 1.0, steps);
+            assert_eq!(mesh.triangles.len() as u32, 20 * steps * steps);
+            let most = deviation_of_sphere(steps);
+            let mut farthest = 0.0_f64;
+            for corners in mesh.corners() {
+                let middle = corners.into_iter().sum::<DVec3>() / 3.0;
+                for point in [middle, corners[0]] {
+                    farthest = farthest.max((point.length() - 1.0).abs());
+                }
+            }
+            assert!(
+                farthest < 1.05 * most && farthest > 0.8 * most,
+                "{farthest}"
+            );
+        }
     }
 
     #[test]
