@@ -17,10 +17,15 @@ def run(quick):
     short = ["--warm-up-time", "0.1", "--measurement-time", "0.3", "--sample-size", "10"] if quick else []
     subprocess.run(["cargo", "bench", "--quiet", "--bench", "core", "--", *short], cwd=ROOT, check=True,
                    stdout=subprocess.DEVNULL)
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    return found_in(Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")))
+
+
+def found_in(target):
+    """What Criterion has left there."""
     found = {}
-    for estimates in sorted(target.glob("criterion/core/*/new/estimates.json")):
-        about = json.loads((estimates.parent / "benchmark.json").read_text())
+    for about in sorted(target.glob("criterion/core/*/new/benchmark.json")):
+        estimates = about.parent / "estimates.json"
+        about = json.loads(about.read_text())
         (unit, amount), = about["throughput"].items()
         found[about["function_id"]] = {
             "ns": json.loads(estimates.read_text())["median"]["point_estimate"], "unit": unit, "amount": amount,
