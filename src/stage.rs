@@ -10,7 +10,9 @@ use decor_api::{
 
 use crate::film::{Film, FilmErrors, FrameState, NamedFile, ObjectState};
 use crate::influence::parts;
+use crate::motion::screen_box;
 use crate::objects::{Cache, Library, ObjectError, content_hash};
+use crate::plan::BlockSet;
 use crate::silhouette::silhouette;
 
 /// Why there is nothing to film.
@@ -246,6 +248,24 @@ impl Stage {
     pub fn silhouette(&self, object: &ObjectState<'_>, camera: &Camera) -> Vec<Window> {
         let (prototype, parts) = (self.prototype(object), self.parts(object));
         silhouette(prototype, parts, &object.pose, camera, self.size())
+    }
+
+    /// Can it be seen at all? By its sphere alone, which is quick.
+    pub fn is_in_view(&self, object: &ObjectState<'_>, camera: &Camera) -> bool {
+        !self.sphere_window(object, camera).is_empty()
+    }
+
+    /// Can it be seen in some blocks?
+    pub fn is_seen_in(&self, object: &ObjectState<'_>, camera: &Camera, blocks: &BlockSet) -> bool {
+        // The sphere first: it is quick, and as a rule enough.
+        let outlines = || self.silhouette(object, camera);
+        blocks.touches(self.sphere_window(object, camera))
+            && outlines().into_iter().any(|window| blocks.touches(window))
+    }
+
+    fn sphere_window(&self, object: &ObjectState<'_>, camera: &Camera) -> Window {
+        let bounds = self.prototype(object).bounds.posed(&object.pose);
+        screen_box(&bounds, camera, self.size()).window()
     }
 
     /// The rectangle around all that can be seen of an object.

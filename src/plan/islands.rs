@@ -79,10 +79,8 @@ pub fn seen_in(
     if wishes.mode != Mode::Equivalent || casts || optical || state.antialias.is_some() {
         return None;
     }
-    let seen = state.objects.iter().filter(|object| {
-        let windows = stage.silhouette(object, &state.camera);
-        windows.into_iter().any(|window| blocks.touches(window))
-    });
+    let objects = state.objects.iter();
+    let seen = objects.filter(|object| stage.is_seen_in(object, &state.camera, blocks));
     Some(seen.map(|object| object.id).collect())
 }
 

@@ -334,10 +334,10 @@ impl Maker<'_> {
             if !(is_fast || optical && alive) {
                 continue;
             }
-            let seen = self.stage.silhouette(object, &state.camera);
+            let seen = self.outlines.of(self.stage, object, state);
             let window = seen.iter().copied().fold(Window::EMPTY, Window::union);
             if optical || all_from_scene {
-                blocks.insert_all(seen);
+                blocks.insert_all(seen.iter().copied());
             }
             let is_merged = !optical && !all_from_scene || self.wishes.with_depth;
             if is_fast && is_merged {

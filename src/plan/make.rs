@@ -1,6 +1,7 @@
 //! From a stage to its plan: where periods begin and end.
 
 use super::lay::zooms;
+use super::outlines::Outlines;
 use super::{Costs, End, FramePlan, Mode, Period, Plan, WholeReason, Wishes, Work, jobs};
 use crate::film::FrameState;
 use crate::segmentation::same_environment;
@@ -56,6 +57,7 @@ pub fn plan(stage: &Stage, wishes: Wishes, costs: &Costs) -> Result<Plan, PlanEr
     if last == u32::MAX {
         return Err(PlanError::LastNumber);
     }
+    let outlines = Outlines::default();
     let mut maker = Maker {
         stage,
         wishes: &wishes,
@@ -63,6 +65,7 @@ pub fn plan(stage: &Stage, wishes: Wishes, costs: &Costs) -> Result<Plan, PlanEr
         jobs: jobs(stage),
         cores: crate::probe::cores(),
         threshold_px: wishes.threshold_px,
+        outlines: &outlines,
         live: false,
     };
     if wishes.mode != Mode::Full {
@@ -71,6 +74,7 @@ pub fn plan(stage: &Stage, wishes: Wishes, costs: &Costs) -> Result<Plan, PlanEr
     let mut periods: Vec<Period> = Vec::new();
     let mut start = first;
     while start <= last {
+        outlines.forget_before(start);
         let period = match wishes.budget {
             None => maker.next_period(start),
             Some(budget) => {
@@ -111,6 +115,8 @@ pub struct Maker<'a> {
     pub cores: usize,
     /// The threshold of the next period, in pixels.
     pub threshold_px: f64,
+    /// Where objects are seen.
+    pub outlines: &'a Outlines,
     /// Do frames arrive one at a time?
     pub live: bool,
 }

@@ -9,6 +9,7 @@ mod cost;
 mod islands;
 mod lay;
 mod make;
+mod outlines;
 mod windows;
 
 use std::fmt;
@@ -25,6 +26,7 @@ pub use cost::{
 pub(crate) use islands::seen_in;
 pub(crate) use make::Maker;
 pub use make::{PlanError, plan};
+pub(crate) use outlines::Outlines;
 pub use windows::gathered;
 
 use crate::segmentation::{Class, Measure, Segmented};

@@ -229,7 +229,7 @@ impl Execution<'_> {
         if drawn_in_blocks {
             return false;
         }
-        state.shadows || !self.stage.window(object, &state.camera).is_empty()
+        state.shadows || self.stage.is_in_view(object, &state.camera)
     }
 
     /// All layers of a chunk, by pass and frame. The calls run side by side.

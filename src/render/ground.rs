@@ -14,7 +14,7 @@ use super::joint::{Joint, decor_objects};
 use super::shading::Lighting;
 use crate::dissolve::{Backdrop, Dissolve};
 use crate::frames::{Ground, WriteError, name, write_safely};
-use crate::merge::{Patch, merge};
+use crate::merge::{Patch, merge, merge_colour};
 use crate::plan::{BlockSet, Period};
 use crate::shadow::Shade;
 
@@ -193,6 +193,11 @@ impl Execution<'_> {
                 .collect();
             for fast in take(Pass::Fast) {
                 if let Some(depth) = depths.get(&fast.window) {
+                    let merge = if self.with_depth() {
+                        merge
+                    } else {
+                        merge_colour
+                    };
                     patches.push(merge(backdrop, &fast, depth, antialiased));
                 }
             }

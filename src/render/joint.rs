@@ -190,12 +190,7 @@ impl Execution<'_> {
                 return Ok(None);
             }
             let scene = self.stage.scene(state, |object| {
-                old.contains(&object.id)
-                    && self
-                        .stage
-                        .silhouette(object, &state.camera)
-                        .into_iter()
-                        .any(|window| blocks.touches(window))
+                old.contains(&object.id) && self.stage.is_seen_in(object, &state.camera, &blocks)
             });
             let region = Region::Blocks(blocks.numbers());
             let colour = Output::ColourOverBackground;

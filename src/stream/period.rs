@@ -15,7 +15,7 @@ use super::pace::Pace;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::motion::{Sighting, first_in_view, infinity_px};
 use crate::plan::{
-    Costs, End, FramePlan, Maker, Mode, Period, PlanError, WholeReason, Wishes, jobs,
+    Costs, End, FramePlan, Maker, Mode, Outlines, Period, PlanError, WholeReason, Wishes, jobs,
 };
 use crate::probe::cores;
 use crate::render::PeriodGround;
@@ -93,6 +93,7 @@ impl Planner<'_> {
             jobs: jobs(stage),
             cores: cores(),
             threshold_px,
+            outlines: &Outlines::default(),
             live: true,
         })
     }

@@ -459,7 +459,7 @@ impl<'a> Survey<'a> {
         if self.optical_in_blocks && prototype.optics != Optics::Opaque {
             return false;
         }
-        state.shadows || !self.stage.window(object, &state.camera).is_empty()
+        state.shadows || self.stage.is_in_view(object, &state.camera)
     }
 
     /// Those objects of a frame that `select` takes.
