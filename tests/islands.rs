@@ -58,7 +58,9 @@ fn no_object_of_the_decor_lies_across_a_border() {
     let (mut islands, mut apart, mut whole) = (0, 0, 0);
     for period in &plan.periods {
         let start = stage.film.frame(period.start);
-        let until = stage.film.frame(period.dissolve_until.unwrap_or(period.start));
+        let until = stage
+            .film
+            .frame(period.dissolve_until.unwrap_or(period.start));
         for (number, frame) in period.numbers().zip(&period.frames) {
             let FramePlan::Layered { fast, blocks, .. } = frame else {
                 continue;

@@ -196,9 +196,7 @@ impl FilmArgs {
     fn adapter(&self, film: &Film) -> Result<Arc<dyn Adapter>, Failure> {
         if let Some(name) = &self.renderer {
             return match renderers::find(name) {
-                Err(AdapterError::Missing { program, install })
-                    if !renderers::is_known(name) =>
-                {
+                Err(AdapterError::Missing { program, install }) if !renderers::is_known(name) => {
                     Err(Failure::usage(format!("{program} is not known; {install}")))
                 }
                 other => Ok(other?),

@@ -12,10 +12,13 @@ use crate::stage::Stage;
 /// What is kept at most: it is thrown away before memory is short.
 const MOST: usize = 1 << 20;
 
+/// An object in a frame.
+type Key = (u32, ObjectId);
+
 /// The outlines that were asked for, by frame and object.
 #[derive(Debug, Default)]
 pub struct Outlines {
-    known: Mutex<HashMap<(u32, ObjectId), Arc<[Window]>>>,
+    known: Mutex<HashMap<Key, Arc<[Window]>>>,
 }
 
 impl Outlines {
