@@ -30,7 +30,7 @@ fn usage_errors_are_status_64() {
     let ended = Run::new(["plan", "--renderer", "nobody"]).arg(film).ends();
     assert_eq!(ended.status, 64, "{}", ended.stderr);
     assert!(
-        ended.stderr.contains("povray, reference"),
+        ended.stderr.contains("povray, mitsuba,"),
         "{}",
         ended.stderr
     );
