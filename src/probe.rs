@@ -36,7 +36,7 @@ pub struct Probed {
 
 /// The kind of its cache entries; changes with [`Costs`] and with what is
 /// rendered.
-const KIND: &str = "probe-2";
+const KIND: &str = "probe-1";
 
 /// What is kept.
 #[derive(Serialize, Deserialize)]

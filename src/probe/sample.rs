@@ -19,15 +19,15 @@ pub const BLOCK: u32 = 32;
 pub const PIXELS: f64 = 32_768.0;
 
 /// At most: more would not be more exact than the rest is.
-const MOST_PIXELS: f64 = 98_304.0;
+const MOST_PIXELS: f64 = 65_536.0;
 
 /// The share of the film's pixels that a sample may have.
-const SHARE: f64 = 0.01;
+const SHARE: f64 = 0.004;
 
 /// Blocks are picked out of a picture of full size where that is not much
 /// larger than what is picked; windows elsewhere: what the rest of the picture
 /// costs is known too roughly to be taken off.
-const CANVAS_RATIO: f64 = 4.0;
+const CANVAS_RATIO: f64 = 3.0;
 
 /// What a call is there to tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
