@@ -161,7 +161,7 @@ impl LayerCall<'_> {
     /// Runs the call; one layer a shot.
     pub fn run(&self, text: &SceneText, run: &RunContext) -> Result<Vec<Layer>, AdapterError> {
         let request = self.request;
-        let framing = Framing::of(&request.shots, request.size);
+        let framing = Framing::of(request);
         let numbering = Numbering::of(request);
         let folder = Folder::new(run, &request.label, text)?;
 
@@ -234,7 +234,7 @@ impl LayerCall<'_> {
     }
 
     fn is_crop(&self) -> bool {
-        Framing::of(&self.request.shots, self.request.size) != Framing::Full
+        Framing::of(self.request) != Framing::Full
     }
 
     /// The part of the full picture that all shots need, where it is the full

@@ -111,21 +111,32 @@ impl Framing {
     /// The framing for the regions of some shots. A window that begins at the
     /// upper left and covers the picture needs no crop. Blocks are masked in the
     /// whole picture, or in a crop around them where that is smaller by half:
-    /// POV-Ray holds and writes every pixel of a picture, traced or not.
-    pub fn of(shots: &[LayerShot], size: Size) -> Self {
+    /// POV-Ray holds and writes every pixel of a picture, traced or not. Not where
+    /// the picture's border cuts a block and antialiasing is on: in the crop that
+    /// block would be whole, and what is refined inside of a block may change any
+    /// of its pixels.
+    pub fn of(request: &LayerRequest<'_>) -> Self {
+        let (shots, size) = (&request.shots, request.size);
         let mut cut = Size {
             width: 1,
             height: 1,
         };
-        let mut masked = false;
+        let (mut masked, mut is_cut) = (false, false);
         for shot in shots {
-            masked |= matches!(shot.region, Region::Blocks(_));
+            if let Region::Blocks(ids) = &shot.region {
+                masked = true;
+                is_cut |= ids.iter().any(|&id| {
+                    let block = state::block_window(size, id);
+                    block.width < state::BLOCK || block.height < state::BLOCK
+                });
+            }
             let window = window_of(&shot.region, size);
             cut.width = cut.width.max(window.width);
             cut.height = cut.height.max(window.height);
         }
         let padded = padded(cut.width, cut.height);
-        if masked && 2 * padded.pixels() <= size.pixels() {
+        let same_blocks = request.antialias.is_none() || !is_cut;
+        if masked && same_blocks && 2 * padded.pixels() <= size.pixels() {
             Self::Crop {
                 padded,
                 cut: padded,
@@ -228,7 +239,7 @@ struct Pass {
 impl Writer<'_> {
     /// The files of a request.
     pub fn layers(&self, request: &LayerRequest<'_>) -> SceneText {
-        let framing = Framing::of(&request.shots, request.size);
+        let framing = Framing::of(request);
         let numbering = Numbering::of(request);
         let code = self.depth_code(request);
         let mut frames = Vec::new();
