@@ -104,16 +104,28 @@ pub fn try_films(
     wanted: impl Fn(u64) -> Wanted + Sync,
     judge: impl Fn(&mut Trial) + Sync,
 ) -> u64 {
-    let seed = number("DECOR_RANDOM_SEED", 1);
+    let films: Vec<u64> = (0..count).collect();
+    try_these(number("DECOR_RANDOM_SEED", 1), &films, wanted, judge)
+}
+
+/// [`try_films`] with these films of a seed.
+///
+/// # Panics
+/// As it does.
+pub fn try_these(
+    seed: u64,
+    films: &[u64],
+    wanted: impl Fn(u64) -> Wanted + Sync,
+    judge: impl Fn(&mut Trial) + Sync,
+) -> u64 {
+    let count = films.len() as u64;
     println!("{count} random films of seed {seed}");
     let (next, layered) = (AtomicU64::new(0), AtomicU64::new(0));
     let failures = Mutex::new(Vec::new());
     let work = || {
         loop {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            if k >= count {
-                break;
-            }
+            let index = next.fetch_add(1, Ordering::Relaxed) as usize;
+            let Some(&k) = films.get(index) else { break };
             let folder = tempfile::tempdir().unwrap();
             let mut dice = Dice::of(seed, k);
             let film = RandomFilm::write(&mut dice, wanted(k), folder.path());
