@@ -70,6 +70,24 @@ pub struct LayerRequest<'a> {
     pub label: String,
 }
 
+impl LayerRequest<'_> {
+    /// What is drawn, in words: `depth of frames 3 to 7`.
+    pub fn describe(&self) -> String {
+        let pass = match self.output {
+            Output::ColourOverBackground => "colour",
+            Output::ColourAlone { .. } => "the objects' colour",
+            Output::Depth => "depth",
+        };
+        match (self.shots.first(), self.shots.last()) {
+            (Some(first), Some(last)) if first.frame != last.frame => {
+                format!("{pass} of frames {} to {}", first.frame, last.frame)
+            }
+            (Some(first), _) => format!("{pass} of frame {}", first.frame),
+            _ => pass.to_owned(),
+        }
+    }
+}
+
 /// A plain run of the stock renderer over whole frames.
 #[derive(Clone, Debug)]
 pub struct Baseline<'a> {
@@ -85,6 +103,26 @@ pub struct Baseline<'a> {
     pub frames: Vec<(u32, Arc<Scene>)>,
     /// The format of the pictures, by the renderer's own encoder.
     pub format: PictureFormat,
+}
+
+impl<'a> Baseline<'a> {
+    /// The same frames as layers.
+    pub fn layers(&self) -> LayerRequest<'a> {
+        let whole = |(frame, scene): &(u32, Arc<Scene>)| LayerShot {
+            frame: *frame,
+            scene: Arc::clone(scene),
+            region: Region::Window(self.size.window()),
+        };
+        LayerRequest {
+            prototypes: self.prototypes,
+            size: self.size,
+            output: Output::ColourOverBackground,
+            antialias: self.antialias,
+            shots: self.frames.iter().map(whole).collect(),
+            film: Some(self.film),
+            label: "baseline".to_owned(),
+        }
+    }
 }
 
 /// The files of a translated request, by name. The pure half of an adapter.
@@ -222,6 +260,17 @@ pub enum AdapterError {
 }
 
 impl AdapterError {
+    /// A file that only another renderer reads.
+    pub fn native(adapter: &str, file: &NativeFile) -> Self {
+        Self::Unsupported {
+            adapter: adapter.to_owned(),
+            what: format!(
+                "{}: only the renderer that it is written for reads it",
+                file.path.display()
+            ),
+        }
+    }
+
     /// Wraps an error of the file system with the path that it is about.
     pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         |source| Self::Io {
@@ -355,7 +404,8 @@ pub trait Adapter: Send + Sync {
     }
 
     /// Looks at fragments: how large they are, and what keeps them out of
-    /// layers. `includes` are the film's declarations.
+    /// layers. `includes` are the film's declarations. An adapter that has no such
+    /// method reads no fragments.
     ///
     /// # Errors
     /// Where a fragment cannot be read by this renderer.
@@ -364,18 +414,30 @@ pub trait Adapter: Send + Sync {
         fragments: &[&Fragment],
         includes: &[NativeFile],
         run: &RunContext,
-    ) -> Result<Vec<Said>, AdapterError>;
+    ) -> Result<Vec<Said>, AdapterError> {
+        let _ = (includes, run);
+        match fragments.first() {
+            Some(fragment) => Err(AdapterError::native(self.name(), &fragment.file)),
+            None => Ok(Vec::new()),
+        }
+    }
 
-    /// Looks at the renderer-native files around a scene.
+    /// Looks at the renderer-native files around a scene. An adapter that has no
+    /// such method reads none.
     ///
     /// # Errors
     /// [`AdapterError::BadInput`] where one holds a light, a camera or an
-    /// object.
+    /// object; [`AdapterError::Unsupported`] where it reads none.
     fn surroundings(
         &self,
         includes: &[NativeFile],
         sky: Option<&NativeFile>,
-    ) -> Result<Surroundings, AdapterError>;
+    ) -> Result<Surroundings, AdapterError> {
+        match includes.iter().chain(sky).next() {
+            Some(file) => Err(AdapterError::native(self.name(), file)),
+            None => Ok(Surroundings::default()),
+        }
+    }
 
     /// Renders whole frames plainly: one call over all of them, the renderer's
     /// default threads and its own encoder, from the same scene text. Gives the

@@ -3,9 +3,9 @@
 
 use std::fs::File;
 use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::adapter::AdapterError;
+use crate::adapter::{Adapter, AdapterError, Baseline, RunContext};
 use crate::layer::{Layer, Size};
 use crate::scene::PictureFormat;
 
@@ -27,6 +27,31 @@ pub fn srgb(linear: f32) -> f32 {
 pub fn step(linear: f32, max: u32) -> u32 {
     // In range by the clamp in `srgb`.
     (srgb(linear) * max as f32).round() as u32
+}
+
+/// [`Adapter::baseline`] of a renderer that writes layers alone: all frames in
+/// one call of [`Adapter::render`], stored here, in `folder`.
+///
+/// # Errors
+/// As [`Adapter::render`] and [`write()`].
+pub fn baseline(
+    adapter: &dyn Adapter,
+    request: &Baseline<'_>,
+    run: &RunContext,
+) -> Result<Vec<(u32, PathBuf)>, AdapterError> {
+    let name = adapter.name();
+    let folder = run.work.join(name);
+    std::fs::create_dir_all(&folder).map_err(AdapterError::io(&folder))?;
+    let layers = adapter.render(&request.layers(), run)?;
+    let frames = request.frames.iter().zip(&layers);
+    frames
+        .map(|((frame, _), layer)| {
+            let ending = request.format.extension();
+            let file = folder.join(format!("baseline_{frame:04}.{ending}"));
+            write(layer, request.size, request.format, &file, name)?;
+            Ok((*frame, file))
+        })
+        .collect()
 }
 
 /// Writes the colour of a whole picture, without coverage. `program` is who is

@@ -29,6 +29,7 @@ pub mod csg;
 pub mod csg_bounds;
 #[cfg(feature = "encode")]
 pub mod encode;
+pub mod health;
 pub mod layer;
 pub mod material;
 pub mod mesh;

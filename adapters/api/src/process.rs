@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::thread;
+use std::time::Duration;
 
 use process_wrap::std::{CommandWrap, ProcessGroup};
 
@@ -30,6 +31,41 @@ pub fn find_program(variable: &str, name: &str, install: &str) -> Result<PathBuf
         program: wanted.to_string_lossy().into_owned(),
         install: install.to_owned(),
     })
+}
+
+/// The version that a program prints, on either stream, after `prefix` at a
+/// line's beginning: the next word.
+///
+/// # Errors
+/// Where the program does not run, or prints no such line.
+pub fn version(program: &Path, flag: &str, prefix: &str) -> Result<String, AdapterError> {
+    let folder = std::env::temp_dir();
+    let call = ProcessCall {
+        program,
+        args: vec![flag.into()],
+        folder: &folder,
+        doing: "its version".into(),
+        log: None,
+    };
+    let mut run = RunContext::new(&folder);
+    run.timeout = Duration::from_secs(20);
+    let (ended, answer) = call.supervised(Some(Vec::new()), &run)?;
+    let ended = call.well(ended)?;
+    let answer = String::from_utf8_lossy(&answer);
+    let stated = ended
+        .stderr
+        .lines()
+        .chain(answer.lines())
+        .find_map(|line| line.strip_prefix(prefix))
+        .and_then(|rest| rest.split_whitespace().next());
+    stated
+        .map(str::to_owned)
+        .ok_or_else(|| AdapterError::Failed {
+            program: program.display().to_string(),
+            status: "no version".into(),
+            doing: call.doing.clone(),
+            stderr: ended.stderr,
+        })
 }
 
 /// One run of a program.
@@ -222,7 +258,7 @@ fn tail(text: &[u8]) -> String {
 mod tests {
     use super::*;
     use std::sync::atomic::Ordering;
-    use std::time::{Duration, Instant};
+    use std::time::Instant;
 
     fn shell<'a>(script: &str, folder: &'a Path) -> ProcessCall<'a> {
         ProcessCall {

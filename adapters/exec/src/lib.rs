@@ -21,15 +21,12 @@ pub mod protocol;
 mod translate;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use decor_api::{
-    Abilities, Adapter, AdapterError, Baseline, Camera, Csg, DepthKind, Fragment, Geometry, Health,
-    Instance, Layer, LayerRequest, LayerShot, NativeFile, Optics, Output, Pose, Prototype,
-    PrototypeTable, Region, Rgb, RunContext, Said, Scene, SceneText, Size, Surroundings, encode,
+    Abilities, Adapter, AdapterError, Baseline, DepthKind, Health, Layer, LayerRequest, LayerShot,
+    Output, RunContext, SceneText, encode, health,
 };
-use glam::DVec3;
 
 use crate::call::Command;
 use crate::protocol::Reply;
@@ -164,10 +161,6 @@ impl Exec {
         }
     }
 
-    fn native(&self, file: &NativeFile) -> AdapterError {
-        self.refused(format!("{}: it is text of a renderer", file.path.display()))
-    }
-
     fn quantum(&self) -> (f64, f64) {
         let [absolute, relative] = self.can.depth_quantum;
         (absolute, relative.max(SINGLE))
@@ -216,7 +209,7 @@ impl Adapter for Exec {
             if run.keep {
                 folder.write("request.json", &call::json(&ask, &self.command)?)?;
             }
-            match self.command.ask(&ask, &describe(request), run)? {
+            match self.command.ask(&ask, &request.describe(), run)? {
                 Reply::Done { layers: done, .. } if done == layers => {}
                 Reply::Done { layers: done, .. } => {
                     let why = format!("it drew {done} layers of {layers}");
@@ -232,31 +225,6 @@ impl Adapter for Exec {
             .collect()
     }
 
-    /// It reads no fragments.
-    fn inspect(
-        &self,
-        fragments: &[&Fragment],
-        _includes: &[NativeFile],
-        _run: &RunContext,
-    ) -> Result<Vec<Said>, AdapterError> {
-        match fragments.first() {
-            Some(fragment) => Err(self.native(&fragment.file)),
-            None => Ok(Vec::new()),
-        }
-    }
-
-    /// It reads neither declarations nor skies.
-    fn surroundings(
-        &self,
-        includes: &[NativeFile],
-        sky: Option<&NativeFile>,
-    ) -> Result<Surroundings, AdapterError> {
-        match includes.iter().chain(sky).next() {
-            Some(file) => Err(self.native(file)),
-            None => Ok(Surroundings::default()),
-        }
-    }
-
     /// Whole frames in one call, encoded by decor: the program writes layers
     /// alone.
     fn baseline(
@@ -264,32 +232,7 @@ impl Adapter for Exec {
         request: &Baseline<'_>,
         run: &RunContext,
     ) -> Result<Vec<(u32, PathBuf)>, AdapterError> {
-        let whole = |(frame, scene): &(u32, Arc<Scene>)| LayerShot {
-            frame: *frame,
-            scene: Arc::clone(scene),
-            region: Region::Window(request.size.window()),
-        };
-        let layers = LayerRequest {
-            prototypes: request.prototypes,
-            size: request.size,
-            output: Output::ColourOverBackground,
-            antialias: request.antialias,
-            shots: request.frames.iter().map(whole).collect(),
-            film: Some(request.film),
-            label: "baseline".into(),
-        };
-        let folder = run.work.join(NAME);
-        std::fs::create_dir_all(&folder).map_err(AdapterError::io(&folder))?;
-        let layers = self.render(&layers, run)?;
-        let frames = request.frames.iter().zip(&layers);
-        frames
-            .map(|((frame, _), layer)| {
-                let ending = request.format.extension();
-                let file = folder.join(format!("baseline_{frame:04}.{ending}"));
-                encode::write(layer, request.size, request.format, &file, NAME)?;
-                Ok((*frame, file))
-            })
-            .collect()
+        encode::baseline(self, request, run)
     }
 
     fn encode(&self, linear: f32, max: u32) -> u32 {
@@ -297,13 +240,13 @@ impl Adapter for Exec {
     }
 
     fn health(&self, run: &RunContext) -> Health {
+        let (absolute, relative) = self.quantum();
+        let limit = absolute + 5.0 * relative;
+        let depth = health::depth(self, run, limit).map_err(|e| e.to_string());
         Health {
             program: Some(self.program().to_owned()),
             version: Some(self.abilities.version.clone()),
-            checks: vec![(
-                "the depth of a sphere".to_owned(),
-                self.sphere_is_there(run),
-            )],
+            checks: vec![("the depth of a sphere".to_owned(), depth)],
             install: INSTALL.to_owned(),
         }
     }
@@ -339,83 +282,5 @@ impl Exec {
             depth,
             depth_quantum: self.quantum(),
         })
-    }
-
-    /// A ball of radius 1 around a point 5 away: its middle is 4 away.
-    fn sphere_is_there(&self, run: &RunContext) -> Result<String, String> {
-        let size = Size {
-            width: 9,
-            height: 7,
-        };
-        let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, (60.0, 48.0))
-            .map_err(|error| error.to_string())?;
-        let mut prototypes = PrototypeTable::default();
-        let solid = Csg::Sphere {
-            centre: DVec3::Z * 5.0,
-            radius: 1.0,
-        };
-        let prototype = prototypes.insert(Prototype {
-            path: "ball".into(),
-            hash: "ball".into(),
-            bounds: solid.bounds(),
-            extent: None,
-            optics: Optics::Opaque,
-            geometry: Geometry::Neutral(solid),
-            unlayerable: None,
-        });
-        let scene = Scene {
-            camera,
-            lights: Vec::new(),
-            shadows: false,
-            background: Rgb::default(),
-            includes: Vec::new(),
-            sky: None,
-            instances: vec![Instance {
-                prototype,
-                pose: Pose::IDENTITY,
-            }],
-            hidden: Vec::new(),
-        };
-        let request = LayerRequest {
-            prototypes: &prototypes,
-            size,
-            output: Output::Depth,
-            antialias: None,
-            shots: vec![LayerShot {
-                frame: 0,
-                scene: Arc::new(scene),
-                region: Region::Window(size.window()),
-            }],
-            film: None,
-            label: "health".into(),
-        };
-        let layers = self.render(&request, run).map_err(|e| e.to_string())?;
-        let depths = layers.first().and_then(|layer| layer.depth.as_deref());
-        let depths = depths.ok_or("no depth came back")?;
-        let (middle, corner) = (depths[3 * 9 + 4], depths[0]);
-        let (absolute, relative) = self.quantum();
-        let off = (middle - 4.0).abs();
-        if off > absolute + 4.0 * relative {
-            return Err(format!("a surface at 4 was measured at {middle}"));
-        }
-        if corner != f64::INFINITY {
-            return Err(format!("where nothing is, something is at {corner}"));
-        }
-        Ok(format!("right to {:.0e}", off.max(1e-9)))
-    }
-}
-
-fn describe(request: &LayerRequest<'_>) -> String {
-    let pass = match request.output {
-        Output::ColourOverBackground => "colour",
-        Output::ColourAlone { .. } => "the objects' colour",
-        Output::Depth => "depth",
-    };
-    match (request.shots.first(), request.shots.last()) {
-        (Some(first), Some(last)) if first.frame != last.frame => {
-            format!("{pass} of frames {} to {}", first.frame, last.frame)
-        }
-        (Some(first), _) => format!("{pass} of frame {}", first.frame),
-        _ => pass.to_owned(),
     }
 }

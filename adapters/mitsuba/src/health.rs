@@ -5,7 +5,7 @@ use std::sync::Arc;
 use decor_api::{
     Adapter, AdapterError, Camera, Csg, Geometry, Health, Instance, LayerRequest, LayerShot, Light,
     LightKind, Optics, Output, Pose, Prototype, PrototypeTable, Region, Rgb, RunContext, Scene,
-    Size,
+    Size, health,
 };
 use glam::DVec3;
 
@@ -25,78 +25,35 @@ pub(crate) fn check(adapter: &Mitsuba, run: &RunContext) -> Health {
         program: Some(adapter.program().to_owned()),
         version: Some(adapter.abilities().version.clone()),
         checks: vec![
-            said("depth", depth(adapter, run)),
+            said("depth", health::depth(adapter, run, 1e-5)),
             said("shadows", shadows(adapter, run)),
-            said("blocks behind a mask", blocks(adapter, run)),
+            said("blocks behind a mask", health::blocks(adapter, run)),
         ],
         install: INSTALL.to_owned(),
-    }
-}
-
-fn depth(adapter: &Mitsuba, run: &RunContext) -> Result<String, AdapterError> {
-    let whole = Region::Window(SIZE.window());
-    let depths = draw(adapter, run, Output::Depth, whole, true)?.depth;
-    let depths = depths.unwrap_or_default();
-    // Half a pixel beside the axis, the ray meets the ball of radius 1 at 5 at
-    // 5·cos θ − √(1 − 25·sin² θ).
-    let direction = camera()?.direction(SIZE, 32.5, 24.5);
-    let cosine = direction.z / direction.length();
-    let expected = 5.0 * cosine - (1.0 - 25.0 * (1.0 - cosine * cosine)).sqrt();
-    let found = depths.get(24 * 64 + 32).copied().unwrap_or(f64::NAN);
-    let off = (found - expected).abs();
-    // A comparison that is not a number's is not true.
-    if off < 1e-5 && depths.first() == Some(&f64::INFINITY) {
-        Ok(format!("right to {:.0e}", off.max(1e-9)))
-    } else {
-        Err(wrong(&format!(
-            "a surface at {expected} was measured at {found}"
-        )))
     }
 }
 
 /// The sun stands behind the ball: the floor before it is in its shadow.
 fn shadows(adapter: &Mitsuba, run: &RunContext) -> Result<String, AdapterError> {
     let red_under_the_ball = |shadows: bool| {
-        let whole = Region::Window(SIZE.window());
-        let layer = draw(adapter, run, Output::ColourOverBackground, whole, shadows)?;
+        let layer = draw(adapter, run, shadows)?;
         let colours = layer.colour.unwrap_or_default();
         Ok(colours.get(44 * 64 + 32).map_or(0.0, |c| c[0]))
     };
     let (dark, lit) = (red_under_the_ball(true)?, red_under_the_ball(false)?);
     if dark > 0.01 {
-        return Err(wrong("what is in a ball's shadow is lit"));
+        return Err(health::wrong(
+            adapter,
+            "what is in a ball's shadow is lit".to_owned(),
+        ));
     }
     if lit < 0.1 {
-        return Err(wrong("what is lit without shadows is dark"));
+        return Err(health::wrong(
+            adapter,
+            "what is lit without shadows is dark".to_owned(),
+        ));
     }
     Ok("cast where they are asked for, and nowhere else".to_owned())
-}
-
-fn blocks(adapter: &Mitsuba, run: &RunContext) -> Result<String, AdapterError> {
-    let colour = Output::ColourOverBackground;
-    let whole = draw(adapter, run, colour, Region::Window(SIZE.window()), true)?;
-    let part = draw(adapter, run, colour, Region::Blocks(vec![1]), true)?;
-    let (Some(of_whole), Some(of_part)) = (&whole.colour, &part.colour) else {
-        return Err(wrong("no colours were read"));
-    };
-    for y in part.window.y..part.window.bottom() {
-        for x in part.window.x..part.window.right() {
-            if of_part[part.index(x, y)] != of_whole[whole.index(x, y)] {
-                return Err(wrong(
-                    "a block alone differs from the same block of a whole picture",
-                ));
-            }
-        }
-    }
-    Ok("a block alone is identical to the whole picture's".to_owned())
-}
-
-fn wrong(reason: &str) -> AdapterError {
-    AdapterError::BadOutput {
-        program: "mitsuba".to_owned(),
-        file: "a test picture".into(),
-        reason: reason.to_owned(),
-    }
 }
 
 fn camera() -> Result<Camera, AdapterError> {
@@ -109,8 +66,6 @@ fn camera() -> Result<Camera, AdapterError> {
 fn draw(
     adapter: &Mitsuba,
     run: &RunContext,
-    output: Output,
-    region: Region,
     shadows: bool,
 ) -> Result<decor_api::Layer, AdapterError> {
     let mut prototypes = PrototypeTable::default();
@@ -168,16 +123,18 @@ fn draw(
     let request = LayerRequest {
         prototypes: &prototypes,
         size: SIZE,
-        output,
+        output: Output::ColourOverBackground,
         antialias: None,
         shots: vec![LayerShot {
             frame: 0,
             scene: Arc::new(scene),
-            region,
+            region: Region::Window(SIZE.window()),
         }],
         film: None,
         label: "health".to_owned(),
     };
     let mut layers = adapter.render(&request, run)?;
-    layers.pop().ok_or_else(|| wrong("no layer came back"))
+    layers
+        .pop()
+        .ok_or_else(|| health::wrong(adapter, "no layer came back".to_owned()))
 }

@@ -47,11 +47,10 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use decor_api::process::{ProcessCall, find_program};
+use decor_api::process::{find_program, version};
 use decor_api::{
-    Abilities, Adapter, AdapterError, Baseline, DepthKind, Fragment, Health, Instance, Layer,
-    LayerRequest, LayerShot, NativeFile, Output, PrototypeTable, Region, RunContext, Said,
-    SceneText, Surroundings, encode,
+    Abilities, Adapter, AdapterError, Baseline, DepthKind, Health, Instance, Layer, LayerRequest,
+    PrototypeTable, RunContext, SceneText, encode,
 };
 
 use crate::call::LayerCall;
@@ -89,7 +88,7 @@ impl Mitsuba {
     pub fn find() -> Result<Self, AdapterError> {
         let program = find_program("DECOR_MITSUBA", "mitsuba", INSTALL)?;
         let program = native_binary(&program).unwrap_or(program);
-        let version = version_of(&program)?;
+        let version = version(&program, "--help", "Mitsuba version ")?;
         Ok(Self::new(program, &version))
     }
 
@@ -152,39 +151,6 @@ fn native_binary(script: &Path) -> Option<PathBuf> {
     found.pop()
 }
 
-/// The version that a program prints. It prints it on stdout: a shell puts it
-/// where it is read.
-fn version_of(program: &Path) -> Result<String, AdapterError> {
-    let folder = std::env::temp_dir();
-    let call = ProcessCall {
-        program: Path::new("/bin/sh"),
-        args: vec![
-            "-c".into(),
-            "exec \"$0\" --help >&2".into(),
-            program.display().to_string(),
-        ],
-        folder: &folder,
-        doing: "its version".into(),
-        log: None,
-    };
-    let mut run = RunContext::new(&folder);
-    run.timeout = std::time::Duration::from_secs(20);
-    let ended = call.run_well(&run)?;
-    let version = ended
-        .stderr
-        .lines()
-        .find_map(|line| line.strip_prefix("Mitsuba version "))
-        .and_then(|rest| rest.split_whitespace().next());
-    version
-        .map(str::to_owned)
-        .ok_or_else(|| AdapterError::Failed {
-            program: program.display().to_string(),
-            status: "no version".into(),
-            doing: "its version".into(),
-            stderr: ended.stderr,
-        })
-}
-
 fn abilities(version: &str) -> Abilities {
     Abilities {
         version: version.to_owned(),
@@ -240,31 +206,6 @@ impl Adapter for Mitsuba {
         call.run(run)
     }
 
-    /// There are no fragments that it reads.
-    fn inspect(
-        &self,
-        fragments: &[&Fragment],
-        _includes: &[NativeFile],
-        _run: &RunContext,
-    ) -> Result<Vec<Said>, AdapterError> {
-        match fragments.first() {
-            Some(fragment) => Err(native(&fragment.file)),
-            None => Ok(Vec::new()),
-        }
-    }
-
-    /// It reads neither declarations nor skies.
-    fn surroundings(
-        &self,
-        includes: &[NativeFile],
-        sky: Option<&NativeFile>,
-    ) -> Result<Surroundings, AdapterError> {
-        match includes.iter().chain(sky).next() {
-            Some(file) => Err(native(file)),
-            None => Ok(Surroundings::default()),
-        }
-    }
-
     /// Mitsuba has no picture of all lights without noise: they are added, and
     /// the sum is stored, here.
     fn baseline(
@@ -272,32 +213,7 @@ impl Adapter for Mitsuba {
         request: &Baseline<'_>,
         run: &RunContext,
     ) -> Result<Vec<(u32, PathBuf)>, AdapterError> {
-        let folder = run.work.join(NAME);
-        std::fs::create_dir_all(&folder).map_err(AdapterError::io(&folder))?;
-        let shot = |(frame, scene): &(u32, Arc<decor_api::Scene>)| LayerShot {
-            frame: *frame,
-            scene: Arc::clone(scene),
-            region: Region::Window(request.size.window()),
-        };
-        let whole = LayerRequest {
-            prototypes: request.prototypes,
-            size: request.size,
-            output: Output::ColourOverBackground,
-            antialias: request.antialias,
-            shots: request.frames.iter().map(shot).collect(),
-            film: Some(request.film),
-            label: "baseline".to_owned(),
-        };
-        let layers = self.render(&whole, run)?;
-        let frames = request.frames.iter().zip(&layers);
-        frames
-            .map(|((frame, _), layer)| {
-                let ending = request.format.extension();
-                let file = folder.join(format!("baseline_{frame:04}.{ending}"));
-                encode::write(layer, request.size, request.format, &file, NAME)?;
-                Ok((*frame, file))
-            })
-            .collect()
+        encode::baseline(self, request, run)
     }
 
     fn encode(&self, linear: f32, max: u32) -> u32 {
@@ -315,11 +231,4 @@ pub(crate) fn unsupported(what: &str) -> AdapterError {
         adapter: NAME.to_owned(),
         what: what.to_owned(),
     }
-}
-
-pub(crate) fn native(file: &NativeFile) -> AdapterError {
-    unsupported(&format!(
-        "{}: only the renderer that it is written for reads it",
-        file.path.display()
-    ))
 }

@@ -253,7 +253,7 @@ impl Writer<'_> {
 
 fn refuse_what_cannot_be_drawn(scene: &Scene, output: Output) -> Result<(), AdapterError> {
     if let Some(file) = scene.includes.iter().chain(&scene.sky).next() {
-        return Err(crate::native(file));
+        return Err(AdapterError::native(crate::NAME, file));
     }
     if !scene.hidden.is_empty() && output != Output::Depth {
         return Err(unsupported("what casts shadows and is not seen"));
@@ -265,7 +265,7 @@ fn refuse_what_cannot_be_drawn(scene: &Scene, output: Output) -> Result<(), Adap
 pub(crate) fn model(table: &PrototypeTable, instance: &Instance) -> Result<Model, AdapterError> {
     match &table.get(instance.prototype).geometry {
         Geometry::Neutral(solid) => Model::new(solid),
-        Geometry::Fragment(fragment) => Err(crate::native(&fragment.file)),
+        Geometry::Fragment(fragment) => Err(AdapterError::native(crate::NAME, &fragment.file)),
     }
 }
 

@@ -186,7 +186,7 @@ impl LayerCall<'_> {
             program: self.program,
             args,
             folder: folder.path(),
-            doing: describe(request),
+            doing: request.describe(),
             log: run.keep.then(|| folder.file("povray.log")),
         };
         run.tally.add_call(request.shots.len());
@@ -344,21 +344,6 @@ impl LayerCall<'_> {
                 depth_quantum: (0.0, 0.0),
             },
         })
-    }
-}
-
-fn describe(request: &LayerRequest<'_>) -> String {
-    let pass = match request.output {
-        Output::ColourOverBackground => "colour",
-        Output::ColourAlone { .. } => "the objects' colour",
-        Output::Depth => "depth",
-    };
-    match (request.shots.first(), request.shots.last()) {
-        (Some(first), Some(last)) if first.frame != last.frame => {
-            format!("{pass} of frames {} to {}", first.frame, last.frame)
-        }
-        (Some(first), _) => format!("{pass} of frame {}", first.frame),
-        _ => pass.to_owned(),
     }
 }
 

@@ -39,7 +39,7 @@ pub mod unedited;
 
 use std::path::{Path, PathBuf};
 
-use decor_api::process::{ProcessCall, find_program};
+use decor_api::process::{ProcessCall, find_program, version};
 use decor_api::{
     Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Geometry,
     Health, Layer, LayerRequest, NativeFile, PictureFormat, PrototypeTable, RunContext, Said,
@@ -75,7 +75,7 @@ impl PovRay {
     /// version.
     pub fn find() -> Result<Self, AdapterError> {
         let program = find_program("DECOR_POVRAY", "povray", INSTALL)?;
-        let version = version_of(&program)?;
+        let version = version(&program, "--version", "POV-Ray ")?;
         Ok(Self::new(program, &version))
     }
 
@@ -197,34 +197,6 @@ fn patiently<T>(mut call: impl FnMut() -> Result<T, AdapterError>) -> Result<T, 
         }
     }
     call()
-}
-
-/// The version that a program prints.
-fn version_of(program: &Path) -> Result<String, AdapterError> {
-    let folder = std::env::temp_dir();
-    let call = ProcessCall {
-        program,
-        args: vec!["--version".into()],
-        folder: &folder,
-        doing: "its version".into(),
-        log: None,
-    };
-    let mut run = RunContext::new(&folder);
-    run.timeout = std::time::Duration::from_secs(20);
-    let ended = call.run_well(&run)?;
-    let version = ended
-        .stderr
-        .lines()
-        .find_map(|line| line.strip_prefix("POV-Ray "))
-        .and_then(|rest| rest.split_whitespace().next());
-    version
-        .map(str::to_owned)
-        .ok_or_else(|| AdapterError::Failed {
-            program: program.display().to_string(),
-            status: "no version".into(),
-            doing: "its version".into(),
-            stderr: ended.stderr,
-        })
 }
 
 fn abilities(version: &str) -> Abilities {

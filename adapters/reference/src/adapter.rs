@@ -5,13 +5,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use decor_api::{
-    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Health, Layer,
-    LayerRequest, LayerShot, NativeFile, Output, Region, RunContext, Said, Scene, SceneText, Size,
-    Surroundings, Window, encode,
+    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Health, Layer,
+    LayerRequest, LayerShot, Output, Region, RunContext, Scene, SceneText, Size, Window, encode,
+    health,
 };
 
 use crate::arrival;
-use crate::health::sphere_is_where_it_should_be;
 use crate::model::Models;
 use crate::picture::Frame;
 use crate::shade::Shader;
@@ -144,7 +143,7 @@ impl Adapter for Reference {
         run: &RunContext,
     ) -> Result<Vec<Vec<[f32; 3]>>, AdapterError> {
         if let Some(file) = request.includes.first() {
-            return Err(native(file));
+            return Err(AdapterError::native(NAME, file));
         }
         let watch = Watch {
             run,
@@ -154,31 +153,6 @@ impl Adapter for Reference {
         with_threads(run, || {
             arrival::fractions(request, &|frame| watch.may_go_on(frame))
         })
-    }
-
-    /// There are no fragments that it reads.
-    fn inspect(
-        &self,
-        fragments: &[&Fragment],
-        _includes: &[NativeFile],
-        _run: &RunContext,
-    ) -> Result<Vec<Said>, AdapterError> {
-        match fragments.first() {
-            Some(fragment) => Err(native(&fragment.file)),
-            None => Ok(Vec::new()),
-        }
-    }
-
-    /// It reads neither declarations nor skies.
-    fn surroundings(
-        &self,
-        includes: &[NativeFile],
-        sky: Option<&NativeFile>,
-    ) -> Result<Surroundings, AdapterError> {
-        match includes.iter().chain(sky).next() {
-            Some(file) => Err(native(file)),
-            None => Ok(Surroundings::default()),
-        }
     }
 
     fn baseline(
@@ -228,13 +202,11 @@ impl Adapter for Reference {
     }
 
     fn health(&self, run: &RunContext) -> Health {
+        let depth = health::depth(self, run, 1e-9).map_err(|e| e.to_string());
         Health {
             program: None,
             version: Some(self.abilities.version.clone()),
-            checks: vec![(
-                "the depth of a sphere".to_owned(),
-                sphere_is_where_it_should_be(self, run),
-            )],
+            checks: vec![("the depth of a sphere".to_owned(), depth)],
             install: "nothing: it is part of decor".to_owned(),
         }
     }
@@ -248,16 +220,9 @@ pub(crate) fn unsupported(what: String) -> AdapterError {
     }
 }
 
-fn native(file: &NativeFile) -> AdapterError {
-    unsupported(format!(
-        "{}: only the renderer that it is written for reads it",
-        file.path.display()
-    ))
-}
-
 fn refuse_native(scene: &Scene) -> Result<(), AdapterError> {
     match scene.includes.iter().chain(&scene.sky).next() {
-        Some(file) => Err(native(file)),
+        Some(file) => Err(AdapterError::native(NAME, file)),
         None => Ok(()),
     }
 }

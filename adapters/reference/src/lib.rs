@@ -22,7 +22,6 @@ mod adapter;
 mod arrival;
 mod extent;
 mod frustum;
-mod health;
 mod light;
 mod mesh;
 mod model;
