@@ -16,7 +16,7 @@ use crate::objects::Cache;
 use crate::plan::{
     CostsFrom, Mode, Plan, PlanError, Prediction, Price, Wishes, jobs, plan, whole_work,
 };
-use crate::probe::{self, Probed};
+use crate::probe::{self, Learned, Probed};
 use crate::render::{Done, Options, RenderError, TracedPixels, WorkFolder, render};
 use crate::report::{Clock, Summary, period_summaries};
 use crate::stage::Stage;
@@ -128,9 +128,12 @@ impl Job {
         let at_once = self.jobs.unwrap_or_else(|| jobs(stage));
         let works = plan.works(stage);
         let price = probed.costs.film(&works, at_once, probe::cores());
+        let price: Price = price.into_iter().sum();
         let whole = whole_work(stage, &plan.wishes);
         let stock = probed.costs.stock(&whole, probe::cores());
-        Prediction::new(probed.from, price.into_iter().sum(), stock)
+        let learned = Learned::of(stage, probed.from, &Cache::open());
+        let (corrected, stock) = (learned.correct(plan, price), learned.correct_stock(stock));
+        Prediction::new(probed.from, corrected, stock).uncorrected(price, learned.renders(plan))
     }
 
     /// Renders the frames of a plan, and says what was done.
@@ -180,10 +183,15 @@ impl Job {
         summary.renderer_frames = done.pictures;
         summary.pixels_traced = done.traced;
         (summary.wall_s, summary.cpu_s) = (clock.wall_s(), clock.cpu_s());
-        summary.prediction = Some(prediction.measured(Price {
+        let measured = Price {
             wall_s: summary.wall_s - before.wall_s,
             cpu_s: summary.cpu_s - before.cpu_s,
-        }));
+        };
+        if summary.frames_kept == 0 {
+            let told = (prediction.uncorrected, measured);
+            probe::learn(stage, plan, probed.from, told, &Cache::open());
+        }
+        summary.prediction = Some(prediction.measured(measured));
         Ok(summary)
     }
 

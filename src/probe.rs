@@ -10,6 +10,7 @@
 
 mod core;
 mod fit;
+mod learned;
 mod sample;
 
 use std::ops::Not;
@@ -22,6 +23,8 @@ use serde::{Deserialize, Serialize};
 use crate::objects::Cache;
 use crate::plan::{Costs, CostsFrom, Mode, Plan, Price, Wishes, jobs, whole_work};
 use crate::stage::Stage;
+
+pub use learned::{Learned, learn};
 
 /// What a probe found.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,7 @@ use crate::objects::Cache;
 use crate::plan::{
     CostsFrom, End, Pass, PassTotal, Period, Plan, Prediction, Price, Work, jobs, plan, whole_work,
 };
-use crate::probe;
+use crate::probe::{self, Learned};
 use crate::render::WorkFolder;
 use crate::segmentation::Class;
 use crate::stage::Stage;
@@ -81,6 +81,7 @@ struct PlanSummary {
     baseline_cpu_s: f64,
     predicted_speedup: f64,
     costs: CostsFrom,
+    renders_learned_from: u32,
     /// What the probe itself cost; 0 without one.
     probe_wall_s: f64,
     probe_cpu_s: f64,
@@ -112,9 +113,12 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
     let plan = planned;
     let (costs, cores, jobs) = (probed.costs, probe::cores(), jobs(&stage));
     let works = plan.works(&stage);
-    let prices = costs.film(&works, jobs, cores);
+    let learned = Learned::of(&stage, probed.from, &cache);
+    let prices = costs.film(&works, jobs, cores).into_iter();
+    let prices: Vec<Price> = prices.map(|price| learned.correct(&plan, price)).collect();
     let total: Price = prices.iter().copied().sum();
     let stock = costs.stock(&whole_work(&stage, &plan.wishes), cores);
+    let stock = learned.correct_stock(stock);
     let prediction = Prediction::new(probed.from, total, stock);
     let summary = PlanSummary {
         frames: frames.1 - frames.0 + 1,
@@ -129,6 +133,7 @@ pub fn run(args: &PlanArgs) -> Result<Status, Failure> {
         baseline_cpu_s: stock.cpu_s,
         predicted_speedup: prediction.speedup(),
         costs: probed.from,
+        renders_learned_from: learned.renders(&plan),
         probe_wall_s: probed.price.wall_s,
         probe_cpu_s: probed.price.cpu_s,
         passes: passes(&works),
@@ -205,7 +210,7 @@ fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
         }
     }
     say!(
-        "about {:.1} s in all ({:.1} s of CPU), {:.1} s frame by frame by {} ({:.1} s of CPU): {:.1} times faster ({})",
+        "about {:.1} s in all ({:.1} s of CPU), {:.1} s frame by frame by {} ({:.1} s of CPU): {:.1} times faster ({}{})",
         summary.predicted_wall_s,
         summary.predicted_cpu_s,
         summary.baseline_wall_s,
@@ -213,5 +218,10 @@ fn tell(stage: &Stage, plan: &Plan, prices: &[Price], summary: &PlanSummary) {
         summary.baseline_cpu_s,
         summary.predicted_speedup,
         summary.costs,
+        match summary.renders_learned_from {
+            0 => String::new(),
+            1 => ", corrected by a render".to_owned(),
+            n => format!(", corrected by {n} renders"),
+        },
     );
 }

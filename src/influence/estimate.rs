@@ -1,48 +1,53 @@
-//! How much a frame may be influenced, before any depth is known: for prices
-//! only. It is neither conservative nor exact.
+//! Where a frame may be shaded, before any depth is known: for prices only. It
+//! is neither conservative nor exact.
 
 use decor_api::{Bounds, Camera, Light, Size, Sphere};
 use glam::DVec3;
 
+use super::Changed;
 use super::lamp::Lamp;
 use crate::motion::screen_box;
+use crate::plan::BlockSet;
 
-/// About how many pixels a frame's changed spheres influence, at most all: those
-/// that they are seen in, and those of the discs that their shadows are on the
-/// décor's spheres. A décor without an end gets a shadow as large as the object
-/// is seen. Nothing is taken off where shadows overlap or are hidden.
-pub fn estimated_pixels(
+/// About which blocks what changed shades: those of the discs that its shadows are
+/// on the décor's spheres. A décor without an end is shaded as far as the object
+/// is seen. Nothing is taken off where shadows are hidden.
+pub fn estimated_shadows(
     camera: &Camera,
     size: Size,
     lights: &[Light],
-    changed: &[Sphere],
+    changed: &[Changed],
     decor: &[Bounds],
-) -> f64 {
-    let seen_px = |ball: &Sphere| {
-        let bounds = Bounds::sphere(ball.centre, ball.radius);
-        // A circle in its box.
-        let window = screen_box(&bounds, camera, size).window();
-        window.pixels() as f64 * std::f64::consts::FRAC_PI_4
-    };
+) -> BlockSet {
+    let mut blocks = BlockSet::none(size);
     let lamps = lights.iter();
     let lamps: Vec<Lamp> = lamps.filter_map(|l| Lamp::of(l, DVec3::ZERO)).collect();
     let has_no_end = decor.contains(&Bounds::Unbounded);
-    let mut sum = 0.0;
-    for ball in changed {
-        let own = seen_px(ball);
-        sum += own;
+    let mut insert = |ball: &Sphere| {
+        let bounds = Bounds::sphere(ball.centre, ball.radius);
+        blocks.insert(screen_box(&bounds, camera, size).window());
+    };
+    for object in changed {
+        let Some(whole) = object.whole.as_sphere() else {
+            continue;
+        };
+        let parts = match object.parts.as_slice() {
+            [] => std::slice::from_ref(whole),
+            parts => parts,
+        };
+        if has_no_end && !lamps.is_empty() {
+            parts.iter().for_each(&mut insert);
+        }
         for lamp in &lamps {
-            if has_no_end {
-                sum += own;
+            for receiver in decor.iter().filter_map(Bounds::as_sphere) {
+                if shadow(lamp, whole, receiver).is_some() {
+                    let discs = parts.iter().filter_map(|part| shadow(lamp, part, receiver));
+                    discs.for_each(|disc| insert(&disc));
+                }
             }
-            let shadows = decor.iter().filter_map(Bounds::as_sphere);
-            let shadows = shadows.filter_map(|receiver| shadow(lamp, ball, receiver));
-            sum += shadows.map(|disc| seen_px(&disc)).sum::<f64>();
         }
     }
-    let all = size.pixels() as f64;
-    // NaN is no price.
-    if sum < all { sum } else { all }
+    blocks
 }
 
 /// The ball around the shadow of `caster` on `receiver`, where there is one.
@@ -86,18 +91,15 @@ mod tests {
         height: 200,
     };
 
-    fn estimate(lights: &[Light], decor: &[Bounds]) -> f64 {
+    fn estimate(lights: &[Light], decor: &[Bounds]) -> usize {
         let eye = DVec3::new(0.0, 0.0, -20.0);
         let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, (60.0, 60.0)).unwrap();
-        let ball = Sphere {
-            centre: DVec3::Y * 3.0,
-            radius: 1.0,
-        };
-        estimated_pixels(&camera, SIZE, lights, &[ball], decor)
+        let ball = Bounds::sphere(DVec3::Y * 3.0, 1.0);
+        estimated_shadows(&camera, SIZE, lights, &[ball.into()], decor).pixels()
     }
 
     #[test]
-    fn shadows_are_added_where_something_is_behind() {
+    fn shadows_are_where_something_is_behind() {
         let lamp = Light {
             position: DVec3::Y * 13.0,
             colour: Rgb([1.0; 3]),
@@ -106,21 +108,19 @@ mod tests {
         };
         let below = Bounds::sphere(DVec3::Y * -5.0, 4.0);
         let above = Bounds::sphere(DVec3::Y * 9.0, 2.0);
-        let alone = estimate(&[], &[below]);
-        // A ball of 1 in 20, 173 pixels to a unit at 1: a disc of 17 pixels.
-        assert!((200.0..420.0).contains(&alone), "{alone}");
-        assert_eq!(estimate(&[lamp], &[above]), alone);
+        assert_eq!(estimate(&[], &[below]), 0);
+        assert_eq!(estimate(&[lamp], &[above]), 0);
+        // A disc of radius 1.8 in 20, 173 pixels to a unit at 1: 31 pixels in
+        // blocks of 32.
         let shadowed = estimate(&[lamp], &[below]);
-        assert!(
-            shadowed > 2.0 * alone && shadowed < 6.0 * alone,
-            "{shadowed}"
-        );
-        let endless = estimate(&[lamp], &[Bounds::Unbounded]);
-        assert_eq!(endless, 2.0 * alone);
+        assert!((1024..=6 * 1024).contains(&shadowed), "{shadowed}");
+        assert!(estimate(&[lamp], &[Bounds::Unbounded]) > 0);
+        // What lies in the same place is shaded once.
+        assert_eq!(estimate(&[lamp; 3], &[below; 4]), shadowed);
     }
 
     #[test]
-    fn it_is_never_more_than_the_picture_nor_nan() {
+    fn it_is_never_more_than_the_picture() {
         let lamp = Light {
             position: DVec3::NAN,
             colour: Rgb([1.0; 3]),
@@ -128,6 +128,6 @@ mod tests {
             fade: None,
         };
         let many = vec![Bounds::sphere(DVec3::ZERO, 50.0); 9];
-        assert_eq!(estimate(&[lamp], &many), 40_000.0);
+        assert_eq!(estimate(&[lamp], &many), 40_000);
     }
 }

@@ -55,7 +55,7 @@ use std::fmt;
 use decor_api::{Bounds, Camera, Light, Pose, Prototype, Size, Sphere, Window};
 
 pub use depths::Depths;
-pub use estimate::estimated_pixels;
+pub use estimate::estimated_shadows;
 pub use lamp::{Beam, Lamp, may_shade};
 pub use mask::{Cause, Mask};
 pub use parts::{is_slender, parts, thickness};

@@ -11,7 +11,7 @@ use super::{
     BlockSet, End, FramePlan, Mode, Period, ShadowPlan, ShadowWay, SkyMotion, WholeReason,
 };
 use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::influence::estimated_pixels;
+use crate::influence::{Changed, estimated_shadows};
 use crate::motion::infinity_px;
 use crate::segmentation::{Class, Reason, Rule, Segmented, same_environment, segment_towards};
 
@@ -356,7 +356,7 @@ impl Maker<'_> {
             blocks = islands(self.stage, state, classes, self.threshold_px, blocks)?;
         }
         let shadows = casts.then(|| ShadowPlan {
-            expected_pixels: self.shadow_pixels(state, classes, all_from_scene, &blocks),
+            expected_pixels: self.shadow_pixels(state, classes, &blocks),
             replaces_boxes: all_from_scene,
             by_map: !all_from_scene && self.by_map(state),
         });
@@ -410,40 +410,29 @@ impl Maker<'_> {
         }
     }
 
-    /// About how many pixels the blocks have that what moves may shade.
+    /// About how many pixels the blocks have with those that what moves may shade.
     fn shadow_pixels(
         &self,
         state: &FrameState<'_>,
         classes: &HashMap<ObjectId, Class>,
-        all_from_scene: bool,
         blocks: &BlockSet,
     ) -> f64 {
         let (mut changed, mut decor) = (Vec::new(), Vec::new());
         for object in &state.objects {
-            let bounds = self.stage.prototype(object).bounds.posed(&object.pose);
+            let prototype = self.stage.prototype(object);
             if classes
                 .get(&object.id)
                 .is_some_and(|class| class.in_decor())
             {
-                decor.push(bounds);
-            } else if let Bounds::Sphere(ball) = bounds {
-                changed.push(ball);
+                decor.push(prototype.bounds.posed(&object.pose));
+            } else {
+                let parts = self.stage.parts(object);
+                changed.push(Changed::placed(prototype, parts, &object.pose));
             }
         }
         let size = self.stage.size();
-        let seen_and_shaded = estimated_pixels(&state.camera, size, state.lights, &changed, &decor);
-        let seen = estimated_pixels(&state.camera, size, &[], &changed, &[]);
-        let boxes = blocks.pixels() as f64;
-        // Blocks have pixels around those that count.
-        const AROUND: f64 = 1.5;
-        let shaded = (seen_and_shaded - seen).max(0.0) * AROUND;
-        let all = if all_from_scene {
-            // The boxes are what is seen, and what mirrors.
-            boxes.max(seen) + shaded
-        } else {
-            boxes + shaded
-        };
-        all.min(size.pixels() as f64)
+        let shaded = estimated_shadows(&state.camera, size, state.lights, &changed, &decor);
+        blocks.union(&shaded).pixels() as f64
     }
 
     /// Is antialiasing on, and coverage not to be had?

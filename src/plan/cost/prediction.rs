@@ -40,6 +40,11 @@ pub struct Prediction {
     pub baseline_wall_s: f64,
     /// Predicted seconds of all cores of the stock renderer.
     pub baseline_cpu_s: f64,
+    /// Earlier renders of the film that corrected what was predicted.
+    pub renders_learned_from: u32,
+    /// What the costs say, before the correction.
+    #[serde(skip)]
+    pub uncorrected: Price,
     /// Seconds on the clock, once it is done.
     pub measured_wall_s: Option<f64>,
     /// Seconds of all cores, once it is done.
@@ -55,8 +60,20 @@ impl Prediction {
             predicted_cpu_s: predicted.cpu_s,
             baseline_wall_s: baseline.wall_s,
             baseline_cpu_s: baseline.cpu_s,
+            renders_learned_from: 0,
+            uncorrected: predicted,
             measured_wall_s: None,
             measured_cpu_s: None,
+        }
+    }
+
+    /// With what was predicted before `renders` earlier renders corrected it.
+    #[must_use]
+    pub fn uncorrected(self, price: Price, renders: u32) -> Self {
+        Self {
+            uncorrected: price,
+            renders_learned_from: renders,
+            ..self
         }
     }
 
