@@ -1,8 +1,8 @@
 //! Where an object is seen: tighter than by the sphere that its motion is
 //! measured on.
 //!
-//! An airliner fills a small part of the ball around it. Where a box around an
-//! object is known, the box's outline in the picture is that of its eight
+//! An airliner fills a small part of the ball around it. Where boxes around an
+//! object are known, a box's outline in the picture is that of its eight
 //! corners, which is taken row of blocks by row of blocks; where a neutral
 //! solid is made of parts, each has a ball of its own. What is not certain is as
 //! large as the sphere.
@@ -30,11 +30,13 @@ pub fn silhouette(
     if whole.is_empty() {
         return Vec::new();
     }
-    let outline = prototype
-        .extent
-        .and_then(|extent| Outline::of(&extent, pose, camera, size));
-    let windows: Vec<Window> = if let Some(outline) = outline {
-        outline.bands(whole).collect()
+    let outlines: Option<Vec<Outline>> = prototype
+        .extents
+        .iter()
+        .map(|extent| Outline::of(extent, pose, camera, size))
+        .collect();
+    let windows: Vec<Window> = if let Some(outlines) = outlines.filter(|all| !all.is_empty()) {
+        outlines.iter().flat_map(|o| o.bands(whole)).collect()
     } else if parts.is_empty() {
         vec![whole]
     } else {
@@ -165,7 +167,7 @@ mod tests {
                 language: "inc".into(),
             }),
             bounds: Bounds::around_box(extent.min, extent.max),
-            extent: Some(extent),
+            extents: vec![extent],
             optics: Optics::Opaque,
             unlayerable: None,
         }
@@ -200,7 +202,7 @@ mod tests {
             ).unwrap();
             let prototype = boxed(extent);
             for parts in [Vec::new(), crate::influence::parts(&prototype)] {
-                for prototype in [prototype.clone(), Prototype { extent: None, ..prototype.clone() }] {
+                for prototype in [prototype.clone(), Prototype { extents: Vec::new(), ..prototype.clone() }] {
                     let windows = silhouette(&prototype, &parts, &pose, &camera, SIZE);
                     let point = extent.min + (extent.max - extent.min) * DVec3::from(share);
                     let point = pose.transform().transform_point3(point);
@@ -232,7 +234,7 @@ mod tests {
             let own = area(&silhouette(&plank, &[], &pose, &camera, SIZE));
             let parts = crate::influence::parts(&plank);
             let unboxed = Prototype {
-                extent: None,
+                extents: Vec::new(),
                 ..plank.clone()
             };
             let by_parts = silhouette(&unboxed, &parts, &pose, &camera, SIZE);

@@ -15,16 +15,17 @@ const RING: u32 = 12;
 
 /// Spheres that together enclose a prototype, in its own coordinates, where
 /// they are tighter than the one around all of it: of a fragment, those of its
-/// box. None where nobody knows.
+/// boxes. None where nobody knows.
 pub fn parts(prototype: &Prototype) -> Vec<Sphere> {
     let boxed;
-    let csg = match (&prototype.geometry, prototype.extent) {
-        (Geometry::Neutral(csg), _) => csg,
-        (Geometry::Fragment(_), Some(Extent { min, max })) => {
-            boxed = Csg::Box { min, max };
+    let csg = match &prototype.geometry {
+        Geometry::Neutral(csg) => csg,
+        Geometry::Fragment(_) => {
+            let boxes = prototype.extents.iter();
+            let boxes = boxes.map(|&Extent { min, max }| Csg::Box { min, max });
+            boxed = Csg::Union(boxes.collect());
             &boxed
         }
-        (Geometry::Fragment(_), None) => return Vec::new(),
     };
     let mut balls = Vec::new();
     if collect(csg, &mut Vec::new(), &mut balls).is_none() {
@@ -268,7 +269,7 @@ mod tests {
 
     fn prototype(csg: Csg) -> Prototype {
         Prototype {
-            extent: None,
+            extents: Vec::new(),
             path: "test".into(),
             hash: String::new(),
             bounds: csg.bounds(),

@@ -235,7 +235,7 @@ pub(super) fn inspection_key(
 #[serde(deny_unknown_fields)]
 pub(super) struct KeptSaid {
     bounds: KeptBounds,
-    extent: Option<[DVec3; 2]>,
+    extents: Vec<[DVec3; 2]>,
     optical: Option<String>,
     unlayerable: Option<String>,
 }
@@ -257,7 +257,7 @@ impl KeptSaid {
                 }
                 Bounds::Unbounded => KeptBounds::Unbounded,
             },
-            extent: said.extent.map(|extent| [extent.min, extent.max]),
+            extents: said.extents.iter().map(|e| [e.min, e.max]).collect(),
             optical: match &said.optics {
                 Optics::Opaque => None,
                 Optics::Optical(why) => Some(why.clone()),
@@ -273,7 +273,10 @@ impl KeptSaid {
                 KeptBounds::Sphere([x, y, z, r]) => Bounds::sphere(DVec3::new(x, y, z), r),
                 KeptBounds::Unbounded => Bounds::Unbounded,
             },
-            extent: self.extent.map(|[min, max]| Extent { min, max }),
+            extents: {
+                let boxes = self.extents.into_iter();
+                boxes.map(|[min, max]| Extent { min, max }).collect()
+            },
             optics: self.optical.map_or(Optics::Opaque, Optics::Optical),
             unlayerable: self.unlayerable,
         }

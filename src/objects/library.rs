@@ -23,7 +23,7 @@ pub const ENDINGS: [&str; 8] = ["inc", "pov", "ron", "obj", "ply", "stl", "gltf"
 const TRIED: [&str; 3] = ["inc", "pov", "ron"];
 
 /// Under what the cache keeps what a renderer said of a fragment.
-const KIND: &str = "inspection-3";
+const KIND: &str = "inspection-4";
 
 /// The objects of a film.
 #[derive(Clone, Debug, Default)]
@@ -117,7 +117,7 @@ impl Library {
                 path: path.to_owned(),
                 hash,
                 bounds: csg.bounds(),
-                extent: None,
+                extents: Vec::new(),
                 optics: neutral_optics(&csg),
                 geometry: Geometry::Neutral(csg),
                 unlayerable: None,
@@ -135,7 +135,11 @@ impl Library {
                     hash,
                     bounds: stated.unwrap_or(said.bounds),
                     // Who states bounds means something else than what is there.
-                    extent: said.extent.filter(|_| stated.is_none()),
+                    extents: if stated.is_none() {
+                        said.extents.clone()
+                    } else {
+                        Vec::new()
+                    },
                     optics: said.optics.clone(),
                     geometry: Geometry::Fragment(fragment),
                     unlayerable: said.unlayerable.clone(),

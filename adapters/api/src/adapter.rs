@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use crate::abilities::Abilities;
 use crate::arrival::ArrivalRequest;
-use crate::bounds::{Bounds, Extent};
+use crate::bounds::Bounds;
+use crate::extent::Extent;
 use crate::layer::{Layer, Size, Window};
 use crate::prototype::{Fragment, Optics, PrototypeTable};
 use crate::scene::{Antialias, NativeFile, PictureFormat, Scene};
@@ -137,8 +138,8 @@ pub struct SceneText {
 pub struct Said {
     /// What encloses it.
     pub bounds: Bounds,
-    /// The box that those enclose, where there is one.
-    pub extent: Option<Extent>,
+    /// Boxes that enclose it together; none where it has no end.
+    pub extents: Vec<Extent>,
     /// Does it mirror or let light through?
     pub optics: Optics,
     /// Why it cannot be put into a layer, where it cannot.

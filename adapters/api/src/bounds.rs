@@ -13,29 +13,6 @@ pub struct Sphere {
     pub radius: f64,
 }
 
-/// A box along the axes of an object's own coordinates, in scene units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
-    /// Its lowest corner.
-    pub min: DVec3,
-    /// Its highest corner.
-    pub max: DVec3,
-}
-
-impl Extent {
-    /// Its eight corners.
-    pub fn corners(&self) -> [DVec3; 8] {
-        std::array::from_fn(|k| {
-            let pick = |axis: usize| k >> axis & 1 == 1;
-            DVec3::select(
-                glam::BVec3::new(pick(0), pick(1), pick(2)),
-                self.max,
-                self.min,
-            )
-        })
-    }
-}
-
 /// What encloses an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bounds {

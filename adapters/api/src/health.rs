@@ -146,7 +146,7 @@ fn ball(
         hash: "ball".into(),
         geometry: Geometry::Neutral(Csg::Look(look, Box::new(sphere))),
         bounds: Bounds::sphere(DVec3::ZERO, RADIUS),
-        extent: None,
+        extents: Vec::new(),
         optics: Optics::Opaque,
         unlayerable: None,
     });

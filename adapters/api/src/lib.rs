@@ -29,6 +29,7 @@ pub mod csg;
 pub mod csg_bounds;
 #[cfg(feature = "encode")]
 pub mod encode;
+pub mod extent;
 pub mod health;
 pub mod layer;
 pub mod material;
@@ -43,9 +44,10 @@ pub use adapter::{
     Said, SceneText, Surroundings, Tally,
 };
 pub use arrival::{ArrivalRequest, ArrivalShot, SurfacePoint};
-pub use bounds::{Bounds, Extent, Sphere};
+pub use bounds::{Bounds, Sphere};
 pub use camera::{Camera, CameraError};
 pub use csg::Csg;
+pub use extent::Extent;
 pub use layer::{Layer, Size, Window};
 pub use material::{Highlight, Material};
 pub use mesh::TriangleMesh;

@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::bounds::{Bounds, Extent};
+use crate::bounds::Bounds;
 use crate::csg::Csg;
+use crate::extent::Extent;
 use crate::scene::NativeFile;
 
 /// The number of a prototype in its table.
@@ -60,9 +61,9 @@ pub struct Prototype {
     pub geometry: Geometry,
     /// What encloses it, in its own coordinates.
     pub bounds: Bounds,
-    /// A box around it, where somebody knows one: tighter than the sphere for
-    /// what is long or flat.
-    pub extent: Option<Extent>,
+    /// Boxes that enclose it together, where somebody knows some: tighter than the
+    /// sphere for what is long, flat, or has wings.
+    pub extents: Vec<Extent>,
     /// Does it mirror or let light through?
     pub optics: Optics,
     /// Why it cannot be put into a layer, where it cannot (it uses `clock`, …).

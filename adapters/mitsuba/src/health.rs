@@ -75,7 +75,7 @@ fn draw(
             hash: format!("health: {name}"),
             bounds: solid.bounds(),
             geometry: Geometry::Neutral(solid),
-            extent: None,
+            extents: Vec::new(),
             optics: Optics::Opaque,
             unlayerable: None,
         }),

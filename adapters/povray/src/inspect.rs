@@ -7,7 +7,7 @@ use decor_api::{AdapterError, Bounds, Extent, Fragment, NativeFile, RunContext, 
 use glam::DVec3;
 
 use crate::call::{Folder, fixed_switches};
-use crate::scene_text::extents;
+use crate::extents::{Question, extents};
 use crate::sources::{Library, LibraryWords};
 use crate::survey;
 
@@ -21,6 +21,9 @@ const ROUNDING: f64 = 3e-7;
 /// Parsing renders nothing: what takes longer hangs (a malformed picture can make
 /// POV-Ray wait for ever).
 const PARSE_LIMIT: std::time::Duration = std::time::Duration::from_secs(120);
+
+/// Boxes that a fragment has at most: each is looked at for every frame.
+const MOST_BOXES: usize = 12;
 
 /// The file that the extents are written to.
 const EXTENTS: &str = "extents.txt";
@@ -36,7 +39,7 @@ pub struct Inspection<'a> {
 }
 
 impl Inspection<'_> {
-    /// Looks at all fragments in one call that parses them and renders nothing.
+    /// Looks at all fragments, in two calls that parse them and render nothing.
     pub fn run(
         &self,
         fragments: &[&Fragment],
@@ -47,12 +50,15 @@ impl Inspection<'_> {
             return Ok(Vec::new());
         }
         let files: Vec<&NativeFile> = fragments.iter().map(|f| &f.file).collect();
-        let extents = self.extents(&files, includes, run)?;
-        let said = files.iter().zip(extents).map(|(file, extent)| {
+        let wholes = self.wholes(&files, includes, run)?;
+        let objects = self.ask(&files, includes, Question::Objects, run)?;
+        // Text that cannot be told apart in spite of all is one object.
+        let mut objects = objects.unwrap_or_default().into_iter();
+        let said = files.iter().zip(wholes).map(|(file, whole)| {
             let findings = survey::fragment(file, includes, self.library, self.words);
             Said {
-                bounds: extent.bounds(),
-                extent: extent.bounded(),
+                bounds: whole.bounds(),
+                extents: boxes(whole, objects.next()),
                 optics: findings.optics,
                 unlayerable: findings.unlayerable,
             }
@@ -60,19 +66,20 @@ impl Inspection<'_> {
         Ok(said.collect())
     }
 
-    fn extents(
+    /// The extents of fragments.
+    fn wholes(
         &self,
         files: &[&NativeFile],
         includes: &[NativeFile],
         run: &RunContext,
     ) -> Result<Vec<Asked>, AdapterError> {
-        match self.ask(files, includes, run)? {
-            Ok(extents) => Ok(extents),
+        match self.ask(files, includes, Question::Whole, run)? {
+            Ok(answers) => Ok(answers.into_iter().map(|answer| answer.rest).collect()),
             // One of them is broken: ask each alone to find out which.
             Err(_) if files.len() > 1 => {
                 let mut all = Vec::new();
                 for file in files {
-                    all.extend(self.extents(&[file], includes, run)?);
+                    all.extend(self.wholes(&[file], includes, run)?);
                 }
                 Ok(all)
             }
@@ -83,14 +90,15 @@ impl Inspection<'_> {
         }
     }
 
-    /// The extents, or what POV-Ray said instead.
+    /// The answers, one a file, or what POV-Ray said instead.
     fn ask(
         &self,
         files: &[&NativeFile],
         includes: &[NativeFile],
+        question: Question,
         run: &RunContext,
-    ) -> Result<Result<Vec<Asked>, String>, AdapterError> {
-        let text = extents(files, includes, self.library, EXTENTS);
+    ) -> Result<Result<Vec<Answer>, String>, AdapterError> {
+        let text = extents(files, includes, self.library, question, EXTENTS);
         let folder = Folder::new(run, "inspect", &text)?;
         let out = folder.file(EXTENTS);
         let _ = std::fs::remove_file(&out);
@@ -110,11 +118,54 @@ impl Inspection<'_> {
         run.timeout = run.timeout.min(PARSE_LIMIT);
         let ended = call.run(&run)?;
         let written = std::fs::read_to_string(&out).unwrap_or_default();
-        let extents: Option<Vec<Asked>> = written.lines().map(parse).collect();
-        Ok(match extents {
-            Some(extents) if extents.len() == files.len() => Ok(extents),
-            _ => Err(ended.stderr),
-        })
+        Ok(answers(&written, files.len()).ok_or(ended.stderr))
+    }
+}
+
+/// What POV-Ray says of a fragment.
+#[derive(Clone, Debug, PartialEq)]
+struct Answer {
+    /// The objects that could be told apart.
+    objects: Vec<Asked>,
+    /// What encloses the others.
+    rest: Asked,
+}
+
+/// One answer a fragment; `None` where one is missing.
+fn answers(written: &str, count: usize) -> Option<Vec<Answer>> {
+    let mut objects: Vec<Vec<Asked>> = vec![Vec::new(); count];
+    let mut rests = Vec::new();
+    for line in written.lines() {
+        let rest = line.strip_prefix("all ");
+        let (number, corners) = rest.unwrap_or(line).split_once(' ')?;
+        let asked = parse(corners)?;
+        let own = objects.get_mut(number.parse::<usize>().ok()?)?;
+        if rest.is_some() {
+            rests.push(asked);
+        } else {
+            own.push(asked);
+        }
+    }
+    let answers = objects.into_iter().zip(&rests);
+    let answers = answers.map(|(objects, &rest)| Answer { objects, rest });
+    (rests.len() == count).then(|| answers.collect())
+}
+
+/// The boxes around a fragment, few and close.
+fn boxes(whole: Asked, answer: Option<Answer>) -> Vec<Extent> {
+    let Some(whole) = whole.bounded() else {
+        return Vec::new();
+    };
+    let objects = answer.and_then(|answer| {
+        let objects = answer.objects.into_iter().map(Asked::bounded);
+        let mut objects: Vec<Extent> = objects.collect::<Option<_>>()?;
+        // Without an end where the whole has one: there is no rest.
+        objects.extend(answer.rest.bounded());
+        Some(objects)
+    });
+    match objects.map(|objects| Extent::few(objects, MOST_BOXES)) {
+        Some(boxes) if boxes.len() > 1 => boxes,
+        _ => vec![whole],
     }
 }
 
@@ -187,5 +238,31 @@ mod tests {
         assert!(s.radius > 3.0_f64.sqrt() && s.radius < 1.733);
         assert_eq!(parse("-10000000000 0 0 1 1 1"), Some(Asked::Endless));
         assert_eq!(parse("1 2 3"), None);
+    }
+
+    #[test]
+    fn a_missing_answer_is_noticed() {
+        let both = "0 0 0 0 1 1 1\nall 0 0 0 0 1 1 1\nall 1 0 0 0 2 2 2\n";
+        let read = answers(both, 2).unwrap();
+        assert_eq!((read[0].objects.len(), read[1].objects.len()), (1, 0));
+        assert_eq!(read[1].rest, parse("0 0 0 2 2 2").unwrap());
+        assert_eq!(answers(both, 3), None);
+        assert_eq!(answers("0 0 0 0 1 1", 1), None);
+        assert_eq!(answers("7 0 0 0 1 1 1\nall 0 0 0 0 1 1 1", 1), None);
+    }
+
+    #[test]
+    fn objects_count_only_where_all_of_them_have_an_end() {
+        let (whole, endless) = (parse("0 0 0 9 9 9").unwrap(), Asked::Endless);
+        let (low, high) = (parse("0 0 0 1 1 1").unwrap(), parse("8 8 8 9 9 9").unwrap());
+        let asked = |objects: &[Asked], rest| {
+            let objects = objects.to_vec();
+            boxes(whole, Some(Answer { objects, rest })).len()
+        };
+        assert_eq!(asked(&[low, high], endless), 2);
+        assert_eq!(asked(&[low], high), 2);
+        assert_eq!(asked(&[low, endless], high), 1);
+        assert_eq!(boxes(whole, None), [whole.bounded().unwrap()]);
+        assert!(boxes(endless, None).is_empty());
     }
 }

@@ -486,46 +486,10 @@ fn background(scene: &Scene, alone: bool) -> String {
     }
 }
 
-fn with_newline(text: &[u8]) -> Vec<u8> {
+pub(crate) fn with_newline(text: &[u8]) -> Vec<u8> {
     let mut text = text.to_vec();
     text.push(b'\n');
     text
-}
-
-/// The text that asks POV-Ray for the extents of fragments: it writes them to
-/// `out` and stops before it renders anything.
-pub fn extents(
-    fragments: &[&NativeFile],
-    includes: &[NativeFile],
-    library: &Library,
-    out: &str,
-) -> SceneText {
-    let mut main = String::from("#version 3.7;\nglobal_settings { assumed_gamma 1 }\n");
-    let mut parts = Vec::new();
-    for (k, include) in includes.iter().enumerate() {
-        main.push_str(&format!("#include \"decor_include_{k}.inc\"\n"));
-        parts.push((
-            format!("decor_include_{k}.inc"),
-            with_newline(&include.text),
-        ));
-    }
-    for (k, fragment) in fragments.iter().enumerate() {
-        let stem = format!("P{k}");
-        main.push_str(&format!(
-            "#declare Decor_P{k} = union {{\n#include \"decor_{stem}.inc\"\n}}\n"
-        ));
-        parts.extend(isolate(fragment, includes, library, &stem));
-    }
-    main.push_str(&format!("#fopen Decor_Out \"{out}\" write\n"));
-    for k in 0..fragments.len() {
-        main.push_str(&format!(
-            "#write (Decor_Out, vstr(3, min_extent(Decor_P{k}), \" \", 0, 30), \" \", vstr(3, max_extent(Decor_P{k}), \" \", 0, 30), \"\\n\")\n"
-        ));
-    }
-    main.push_str("#fclose Decor_Out\n#error \"extents are written\"\n");
-    let mut files = vec![(MAIN.to_owned(), main.into_bytes())];
-    files.extend(parts);
-    SceneText { files }
 }
 
 /// The switches of a call, but for the output.

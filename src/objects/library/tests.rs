@@ -90,7 +90,7 @@ impl Adapter for Fake {
                 number.parse().ok()
             });
             Said {
-                extent: None,
+                extents: Vec::new(),
                 bounds: radius.map_or(Bounds::Unbounded, |r| Bounds::sphere(DVec3::X, r)),
                 optics: if text.contains("glass") {
                     Optics::Optical("glass".into())

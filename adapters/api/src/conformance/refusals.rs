@@ -54,7 +54,7 @@ pub fn fragments_of_another_language_are_refused(subject: &Subject) {
         geometry: Geometry::Fragment(fragment),
         bounds: Bounds::Unbounded,
         optics: Optics::Opaque,
-        extent: None,
+        extents: Vec::new(),
         unlayerable: None,
     });
     let pose = Pose::IDENTITY;

@@ -165,7 +165,7 @@ impl Stage {
                 Optics::Opaque
             },
             geometry: Geometry::Neutral(solid),
-            extent: None,
+            extents: Vec::new(),
             unlayerable: None,
         })
     }

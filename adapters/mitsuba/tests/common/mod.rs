@@ -93,7 +93,7 @@ impl Stage {
             hash: name.to_owned(),
             bounds: solid.bounds(),
             geometry: Geometry::Neutral(solid),
-            extent: None,
+            extents: Vec::new(),
             optics: Optics::Opaque,
             unlayerable: None,
         });

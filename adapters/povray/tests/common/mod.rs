@@ -32,7 +32,7 @@ pub fn neutral(table: &mut PrototypeTable, name: &str, colour: [f64; 3], csg: Cs
     };
     let csg = Csg::Look(look, Box::new(csg));
     table.insert(Prototype {
-        extent: None,
+        extents: Vec::new(),
         path: name.into(),
         hash: name.into(),
         bounds: csg.bounds(),
@@ -49,7 +49,7 @@ pub fn fragment(table: &mut PrototypeTable, name: &str, bounds: Bounds, text: &s
         text: text.into(),
     };
     table.insert(Prototype {
-        extent: None,
+        extents: Vec::new(),
         path: name.into(),
         hash: name.into(),
         bounds,

@@ -103,7 +103,7 @@ impl Stage {
     pub fn add(&mut self, tree: Csg, pose: Pose) {
         let name = format!("{}", self.prototypes.len());
         let prototype = self.prototypes.insert(Prototype {
-            extent: None,
+            extents: Vec::new(),
             path: PathBuf::from(&name),
             hash: name,
             geometry: Geometry::Neutral(tree),

@@ -1,0 +1,269 @@
+//! A fragment's objects one by one: its text with every object that it places
+//! replaced by a question about that object's box.
+//!
+//! Only text whose every word at the top is understood is rewritten: directives,
+//! and objects with their braces. What an include places stays, and is asked
+//! about as a rest; a macro's call, or a `rotate` behind all objects, leaves the
+//! fragment in one piece.
+
+use crate::tokens::{Kind, Token, tokens};
+
+/// The words that begin an object. `plane` and its kin have no box: their
+/// fragment has none either.
+const OBJECTS: [&str; 35] = [
+    "bicubic_patch",
+    "blob",
+    "box",
+    "cone",
+    "cubic",
+    "cylinder",
+    "difference",
+    "disc",
+    "height_field",
+    "intersection",
+    "isosurface",
+    "julia_fractal",
+    "lathe",
+    "merge",
+    "mesh",
+    "mesh2",
+    "object",
+    "ovus",
+    "parametric",
+    "plane",
+    "poly",
+    "polygon",
+    "polynomial",
+    "prism",
+    "quadric",
+    "quartic",
+    "smooth_triangle",
+    "sor",
+    "sphere",
+    "sphere_sweep",
+    "superellipsoid",
+    "text",
+    "torus",
+    "triangle",
+    "union",
+];
+
+/// Directives with a condition in parentheses that begin a block.
+const BLOCKS: [&str; 7] = [
+    "#if", "#ifdef", "#ifndef", "#while", "#for", "#switch", "#macro",
+];
+
+/// Directives with a condition in parentheses within a block.
+const BRANCHES: [&str; 3] = ["#elseif", "#case", "#range"];
+
+/// The text with `before` and `after` around each object that it places; `None`
+/// where it is not understood.
+pub fn rewritten(text: &[u8], before: &str, after: &str) -> Option<Vec<u8>> {
+    let found = tokens(text);
+    let mut walk = Walk {
+        tokens: &found,
+        at: 0,
+    };
+    let mut out = Vec::with_capacity(text.len() + 1024);
+    let mut copied = 0;
+    while let Some((first, last)) = walk.next_object()? {
+        let end = last.start + last.bytes.len();
+        out.extend_from_slice(&text[copied..first.start]);
+        out.extend_from_slice(before.as_bytes());
+        out.extend_from_slice(&text[first.start..end]);
+        out.extend_from_slice(after.as_bytes());
+        copied = end;
+    }
+    out.extend_from_slice(&text[copied..]);
+    Some(out)
+}
+
+struct Walk<'t, 'a> {
+    tokens: &'t [Token<'a>],
+    at: usize,
+}
+
+impl<'t, 'a> Walk<'t, 'a> {
+    fn peek(&self) -> Option<&'t Token<'a>> {
+        self.tokens.get(self.at)
+    }
+
+    fn take(&mut self) -> Option<&'t Token<'a>> {
+        let token = self.peek()?;
+        self.at += 1;
+        Some(token)
+    }
+
+    /// The first and the last token of the next object, `Some(None)` at the end of
+    /// the text, `None` where something is not understood.
+    fn next_object(&mut self) -> Option<Option<(&'t Token<'a>, &'t Token<'a>)>> {
+        while let Some(token) = self.take() {
+            let is_object = || OBJECTS.iter().any(|o| token.is(o));
+            match token.kind {
+                Kind::Directive => self.directive(token)?,
+                Kind::Word if is_object() => return Some(Some((token, self.group("{", "}")?))),
+                _ => return None,
+            }
+        }
+        Some(None)
+    }
+
+    fn directive(&mut self, token: &Token<'a>) -> Option<()> {
+        if token.is("#macro") {
+            return self.macro_body();
+        }
+        if BLOCKS.iter().chain(&BRANCHES).any(|d| token.is(d)) {
+            return self.group("(", ")").map(|_| ());
+        }
+        if ["#declare", "#local"].iter().any(|d| token.is(d)) {
+            return self.declaration();
+        }
+        match token.bytes {
+            b"#else" | b"#end" | b"#break" => Some(()),
+            b"#version" => self.skip_to_semicolon(),
+            b"#undef" => (self.take()?.kind == Kind::Word).then_some(()),
+            b"#include" => {
+                let name = self.take()?.string()?;
+                // The fragment's own: what it places, and turns, is not known.
+                (!name.starts_with(b"decor_")).then_some(())
+            }
+            _ => None,
+        }
+    }
+
+    /// Behind the opening token that comes next, up to the closing one.
+    fn group(&mut self, open: &str, close: &str) -> Option<&'t Token<'a>> {
+        if !self.take()?.is(open) {
+            return None;
+        }
+        let mut depth = 1;
+        // A branch that opens what another closes cannot be counted.
+        let mut blocks: Vec<i32> = Vec::new();
+        loop {
+            let token = self.take()?;
+            if token.is(open) {
+                depth += 1;
+            } else if token.is(close) {
+                depth -= 1;
+                if depth == 0 {
+                    return blocks.is_empty().then_some(token);
+                }
+            } else if token.kind == Kind::Directive {
+                if BLOCKS.iter().any(|d| token.is(d)) {
+                    blocks.push(depth);
+                } else if token.is("#end") {
+                    (blocks.pop()? == depth).then_some(())?;
+                } else if token.is("#else") || BRANCHES.iter().any(|d| token.is(d)) {
+                    (*blocks.last()? == depth).then_some(())?;
+                }
+            }
+        }
+    }
+
+    /// `Name = texture { … }`, or `Name = …;`.
+    fn declaration(&mut self) -> Option<()> {
+        let is_named = self.take()?.kind == Kind::Word;
+        if !(is_named && self.take()?.is("=")) {
+            return None;
+        }
+        let is_block = self.peek()?.kind == Kind::Word
+            && self.tokens.get(self.at + 1).is_some_and(|t| t.is("{"));
+        if !is_block {
+            return self.skip_to_semicolon();
+        }
+        self.at += 1;
+        self.group("{", "}")?;
+        if self.peek().is_some_and(|t| t.is(";")) {
+            self.at += 1;
+        }
+        Some(())
+    }
+
+    fn skip_to_semicolon(&mut self) -> Option<()> {
+        loop {
+            let token = self.take()?;
+            if token.is(";") {
+                return Some(());
+            }
+            if token.kind == Kind::Directive || token.is("{") {
+                return None;
+            }
+        }
+    }
+
+    /// A macro is read where it is called.
+    fn macro_body(&mut self) -> Option<()> {
+        let mut depth = 1;
+        while depth > 0 {
+            let token = self.take()?;
+            if token.kind == Kind::Directive {
+                if BLOCKS.iter().any(|d| token.is(d)) {
+                    depth += 1;
+                } else if token.is("#end") {
+                    depth -= 1;
+                }
+            }
+        }
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn asked(text: &str) -> Option<String> {
+        let out = rewritten(text.as_bytes(), "[", "]")?;
+        Some(String::from_utf8(out).unwrap())
+    }
+
+    #[test]
+    fn objects_at_the_top_are_found_wherever_they_stand() {
+        for (text, expected) in [
+            ("sphere { 0, 1 }", "[sphere { 0, 1 }]"),
+            (
+                "#local T = texture { pigment { rgb 1 } } box{0,1 texture{T}} // box {}",
+                "#local T = texture { pigment { rgb 1 } } [box{0,1 texture{T}}] // box {}",
+            ),
+            (
+                "#declare K = 0; #while (K < (3)) torus { 1, K } #declare K = K+1; #end",
+                "#declare K = 0; #while (K < (3)) [torus { 1, K }] #declare K = K+1; #end",
+            ),
+            (
+                "#include \"colors.inc\" union { sphere {0,1} #if(a) box{0,1} #end } mesh { }",
+                "#include \"colors.inc\" [union { sphere {0,1} #if(a) box{0,1} #end }] [mesh { }]",
+            ),
+            (
+                "#macro M() #if(1) box{0,1} #end #end #local U = union { M() } object { U }",
+                "#macro M() #if(1) box{0,1} #end #end #local U = union { M() } [object { U }]",
+            ),
+            (
+                "#version 3.5; cone {x,1,y,2}",
+                "#version 3.5; [cone {x,1,y,2}]",
+            ),
+            ("", ""),
+        ] {
+            assert_eq!(asked(text).as_deref(), Some(expected));
+        }
+    }
+
+    #[test]
+    fn what_is_not_understood_stays_in_one_piece() {
+        for text in [
+            "sphere { 0, 1 } rotate 30*y",
+            "M() sphere { 0, 1 }",
+            "#declare C = rgb 1 sphere { 0, 1 } #declare D = 2;",
+            "#declare C = rgb 1 #declare D = 2;",
+            "union { #if (a) sphere { 0, 1 #else box { 0, 1 #end } }",
+            "sphere { 0, 1",
+            "#include \"decor_P0_1.inc\"",
+            "#include Name",
+            "#declare F = function(x) { x }",
+            "#default { finish { ambient 1 } }",
+            "light_source { 0, 1 }",
+            "} sphere { 0, 1 }",
+        ] {
+            assert_eq!(asked(text), None, "{text}");
+        }
+    }
+}
