@@ -63,7 +63,7 @@ pub fn instance(table: &mut PrototypeTable, csg: Csg, pose: Pose) -> Instance {
         Optics::Opaque
     };
     let prototype = table.insert(Prototype {
-        extent: None,
+        extents: Vec::new(),
         path: hash.clone().into(),
         hash,
         bounds: csg.bounds(),
