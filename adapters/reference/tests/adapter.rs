@@ -56,7 +56,7 @@ fn what_it_cannot_draw_is_named() {
         language: "inc".to_owned(),
     };
     let prototype = stage.prototypes.insert(Prototype {
-        extent: None,
+        extents: Vec::new(),
         path: PathBuf::from("ship.inc"),
         hash: "a fragment".to_owned(),
         geometry: Geometry::Fragment(fragment.clone()),
