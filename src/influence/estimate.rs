@@ -22,6 +22,9 @@ pub fn estimated_shadows(
     let mut blocks = BlockSet::none(size);
     let lamps = lights.iter();
     let lamps: Vec<Lamp> = lamps.filter_map(|l| Lamp::of(l, DVec3::ZERO)).collect();
+    // An estimate may not take longer than what it estimates.
+    const MOST_PAIRS: usize = 10_000;
+    let by_parts = changed.len() * decor.len() <= MOST_PAIRS;
     let has_no_end = decor.contains(&Bounds::Unbounded);
     let mut insert = |ball: &Sphere| {
         let bounds = Bounds::sphere(ball.centre, ball.radius);
@@ -32,8 +35,8 @@ pub fn estimated_shadows(
             continue;
         };
         let parts = match object.parts.as_slice() {
-            [] => std::slice::from_ref(whole),
-            parts => parts,
+            parts if by_parts && !parts.is_empty() => parts,
+            _ => std::slice::from_ref(whole),
         };
         if has_no_end && !lamps.is_empty() {
             parts.iter().for_each(&mut insert);

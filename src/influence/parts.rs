@@ -7,8 +7,14 @@ use glam::DVec3;
 /// More spheres cost more than they save.
 const MOST_PARTS: usize = 64;
 
-/// Pieces that one side of a box, or the height of a cylinder, is cut into.
+/// A fragment's are only asked where shadows fall: what is seen of it is known by
+/// its boxes.
+const MOST_OF_FRAGMENT: usize = 256;
+
+/// Pieces that one side of a box, or the height of a cylinder, is cut into, so
+/// that as many boxes as usual stay under the limit.
 const MOST_PIECES: f64 = 5.0;
+const PIECES_OF_FRAGMENT: f64 = 9.0;
 
 /// Pieces of a ring.
 const RING: u32 = 12;
@@ -18,20 +24,20 @@ const RING: u32 = 12;
 /// boxes. None where nobody knows.
 pub fn parts(prototype: &Prototype) -> Vec<Sphere> {
     let boxed;
-    let csg = match &prototype.geometry {
-        Geometry::Neutral(csg) => csg,
+    let (csg, most, pieces) = match &prototype.geometry {
+        Geometry::Neutral(csg) => (csg, MOST_PARTS, MOST_PIECES),
         Geometry::Fragment(_) => {
             let boxes = prototype.extents.iter();
             let boxes = boxes.map(|&Extent { min, max }| Csg::Box { min, max });
             boxed = Csg::Union(boxes.collect());
-            &boxed
+            (&boxed, MOST_OF_FRAGMENT, PIECES_OF_FRAGMENT)
         }
     };
     let mut balls = Vec::new();
-    if collect(csg, &mut Vec::new(), &mut balls).is_none() {
+    if collect(csg, pieces, &mut Vec::new(), &mut balls).is_none() {
         return Vec::new();
     }
-    let balls = clustered(balls, MOST_PARTS);
+    let balls = clustered(balls, most);
     if balls.len() < 2 { Vec::new() } else { balls }
 }
 
@@ -56,45 +62,43 @@ fn placed(solid: Csg, places: &[Place]) -> Csg {
 }
 
 /// Adds the balls of the pieces of `node`; `None` where one has no end.
-fn collect(node: &Csg, places: &mut Vec<Place>, balls: &mut Vec<Sphere>) -> Option<()> {
+fn collect(node: &Csg, most: f64, places: &mut Vec<Place>, balls: &mut Vec<Sphere>) -> Option<()> {
     let within = |place: Place, inner: &Csg, places: &mut Vec<Place>, balls: &mut _| {
         places.push(place);
-        let done = collect(inner, places, balls);
+        let done = collect(inner, most, places, balls);
         places.pop();
         done
     };
     match node {
         Csg::Union(nodes) => nodes
             .iter()
-            .try_for_each(|node| collect(node, places, balls)),
+            .try_for_each(|node| collect(node, most, places, balls)),
         // What is taken away only makes it smaller.
-        Csg::Difference(first, _) => collect(first, places, balls),
+        Csg::Difference(first, _) => collect(first, most, places, balls),
         Csg::Translate(by, inner) => within(Place::Translate(*by), inner, places, balls),
         Csg::Rotate(by, inner) => within(Place::Rotate(*by), inner, places, balls),
         Csg::Scale(by, inner) => within(Place::Scale(*by), inner, places, balls),
-        Csg::Look(_, inner) => collect(inner, places, balls),
-        _ => pieces(node)
-            .into_iter()
-            .try_for_each(|piece| match placed(piece, places).bounds() {
+        Csg::Look(_, inner) => collect(inner, most, places, balls),
+        _ => pieces(node, most).into_iter().try_for_each(|piece| {
+            match placed(piece, places).bounds() {
                 Bounds::Empty => Some(()),
                 Bounds::Unbounded => None,
                 Bounds::Sphere(ball) => {
                     balls.push(ball);
                     Some(())
                 }
-            }),
+            }
+        }),
     }
 }
 
 /// A primitive cut where it is long.
-fn pieces(solid: &Csg) -> Vec<Csg> {
+fn pieces(solid: &Csg, most: f64) -> Vec<Csg> {
     match solid {
         Csg::Box { min, max } => {
             let sides = *max - *min;
-            let edge = sides
-                .min_element()
-                .max(sides.max_element() / (MOST_PIECES - 1.0));
-            let counts = sides.to_array().map(|side| cuts(side / edge));
+            let edge = sides.min_element().max(sides.max_element() / (most - 1.0));
+            let counts = sides.to_array().map(|side| cuts(side / edge, most));
             let mut all = Vec::new();
             for i in 0..counts[0] {
                 for j in 0..counts[1] {
@@ -177,13 +181,13 @@ fn pieces(solid: &Csg) -> Vec<Csg> {
 }
 
 /// How many pieces for so many cubes in a row. NaN is one.
-fn cuts(ratio: f64) -> u32 {
-    (ratio - 1e-9).ceil().clamp(1.0, MOST_PIECES) as u32
+fn cuts(ratio: f64, most: f64) -> u32 {
+    (ratio - 1e-9).ceil().clamp(1.0, most) as u32
 }
 
 /// The ends of the pieces between two discs: the share of the way, and where.
 fn along(base: DVec3, cap: DVec3, radius: f64) -> impl Iterator<Item = [(f64, DVec3); 2]> {
-    let count = cuts(base.distance(cap) / (2.0 * radius));
+    let count = cuts(base.distance(cap) / (2.0 * radius), MOST_PIECES);
     (0..count).map(move |k| {
         [k, k + 1].map(|k| {
             let share = f64::from(k) / f64::from(count);
