@@ -5,14 +5,14 @@ use std::sync::{Arc, OnceLock};
 
 use decor_api::{
     Adapter, AdapterError, Antialias, Camera, Fragment, Instance, NativeFile, Prototype,
-    PrototypeId, RunContext, Scene, Size, Sphere, Surroundings, Window,
+    PrototypeId, Region, RunContext, Scene, Size, Sphere, Surroundings, Window,
 };
 
 use crate::film::{Film, FilmErrors, FrameState, NamedFile, ObjectState};
 use crate::influence::parts;
 use crate::motion::screen_box;
 use crate::objects::{Cache, Library, ObjectError, content_hash};
-use crate::plan::BlockSet;
+use crate::plan::{BLOCK, BlockSet, gathered};
 use crate::silhouette::silhouette;
 
 /// Why there is nothing to film.
@@ -235,6 +235,24 @@ impl Stage {
     /// The prototype of an object in a frame.
     pub fn prototype(&self, object: &ObjectState<'_>) -> &Prototype {
         self.library.table.get(self.prototype_id(object))
+    }
+
+    /// Does the renderer draw blocks of a picture as they are in the whole: by a
+    /// mask, or in windows on its grid?
+    pub fn draws_blocks(&self) -> bool {
+        let can = self.adapter.abilities();
+        can.block_mask || can.crop_grid.is_some_and(|grid| BLOCK.is_multiple_of(grid))
+    }
+
+    /// What to ask the renderer for, to have some blocks: themselves, or windows
+    /// that hold them.
+    pub fn regions(&self, blocks: &BlockSet) -> Vec<Region> {
+        if self.adapter.abilities().block_mask {
+            return vec![Region::Blocks(blocks.numbers())];
+        }
+        let windows: Vec<Window> = blocks.windows().collect();
+        let windows = gathered(&windows, self.size(), true);
+        windows.into_iter().map(Region::Window).collect()
     }
 
     /// Spheres that enclose an object's prototype together; none where only its

@@ -178,8 +178,10 @@ impl Maker<'_> {
         let casts = self.casts(&first);
         let whole = if !stays && moving {
             Some(WholeReason::NothingStays)
-        } else if casts && moving && !self.abilities().block_mask {
+        } else if casts && moving && !self.stage.draws_blocks() {
             Some(WholeReason::Shadows)
+        } else if moving && self.wishes.mode == Mode::Exact && !self.stage.draws_blocks() {
+            Some(WholeReason::NoParts)
         } else if casts && self.endless_moves(&objects, &first) {
             Some(WholeReason::Unconfined("something without an end".into()))
         } else if sky_moves && self.stage.antialias().is_some() {
@@ -351,6 +353,9 @@ impl Maker<'_> {
         }
         if !self.wishes.with_depth {
             merged.retain(|&window| !blocks.contains(window));
+        }
+        if !blocks.is_empty() && !self.stage.draws_blocks() {
+            return None;
         }
         if way == Way::Islands {
             blocks = islands(self.stage, state, classes, self.threshold_px, blocks)?;

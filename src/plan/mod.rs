@@ -17,7 +17,7 @@ use std::fmt;
 use decor_api::Window;
 use serde::Serialize;
 
-pub use blocks::BlockSet;
+pub use blocks::{BLOCK, BlockSet};
 pub use budget::Budget;
 pub use cost::{
     Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost, Prediction,
@@ -108,6 +108,8 @@ pub enum WholeReason {
     Unconfined(String),
     /// Shadows fall from one layer onto the other.
     Shadows,
+    /// A part of a picture is not what the whole has there.
+    NoParts,
     /// What has to be rendered again is more than a whole frame.
     NoGain,
 }
@@ -126,6 +128,10 @@ impl fmt::Display for WholeReason {
             Self::SkyMoves => write!(f, "the observer moves before a sky"),
             Self::NothingStays => write!(f, "no object stays where it is"),
             Self::Unconfined(what) => write!(f, "{what} can change every pixel"),
+            Self::NoParts => write!(
+                f,
+                "this renderer draws no part of a picture as it is in the whole"
+            ),
             Self::Shadows => write!(
                 f,
                 "shadows fall between what moves and what does not, and this renderer draws no blocks"

@@ -172,7 +172,9 @@ impl Execution<'_> {
                             seen.as_ref().is_none_or(|seen| seen.contains(&object.id))
                         });
                         let scene = Arc::new(scene);
-                        add(Pass::Blocks, &scene, Region::Blocks(blocks.numbers()));
+                        for region in self.stage.regions(blocks) {
+                            add(Pass::Blocks, &scene, region);
+                        }
                     }
                 }
             }

@@ -202,9 +202,12 @@ impl Execution<'_> {
                 }
             }
         }
-        if let Some(layer) = take(Pass::Blocks).next() {
-            let windows = blocks.get(&number).into_iter().flat_map(BlockSet::windows);
-            patches.extend(windows.map(|window| block_of(&layer, window)));
+        let layers: Vec<Layer> = take(Pass::Blocks).collect();
+        for window in blocks.get(&number).into_iter().flat_map(BlockSet::windows) {
+            let holds = |layer: &&Layer| layer.window.intersection(window) == window;
+            if let Some(layer) = layers.iter().find(holds) {
+                patches.push(block_of(layer, window));
+            }
         }
         patches
     }
