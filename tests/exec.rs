@@ -115,7 +115,7 @@ fn the_doctor_examines_a_program() {
     let ill = Run::new(["doctor", "--renderer", &renderer]).ends();
     assert_eq!(
         (ill.status, ill.stdout.contains("FAIL")),
-        (3, true),
+        (4, true),
         "{}",
         ill.stdout
     );

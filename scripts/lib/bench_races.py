@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import dataclass, field
 
+import neutral_films
 from decor_runs import say, side_by_side
 from films import FIXTURES
 from markdown import figure, percent, seconds, table, times
@@ -37,6 +38,7 @@ class Race:
     settings: dict = field(default_factory=lambda: dict(MODES))
     speed: bool = False  # the observer's speed is --speed
     only: int = None  # so many frames of a film whose scenes are all stated
+    renderer: str = None  # the film's neutral version, on another renderer than POV-Ray
 
 
 def thresholds():
@@ -68,6 +70,10 @@ def races(quick, everything):
         Race("plane, small", "plane", (160, 120), 100, settings={"stock": MODES["stock"], "full": MODES["full"]},
              wanted={"full": 4}),
     ]
+    side = (96, 96) if quick else (512, 512)
+    three = {name: MODES[name] for name in ("stock", "full", "exact", "equivalent")}
+    found += [Race(f"{film}, neutral, on {renderer}", film, side, 8 if quick else 25, settings=three, renderer=renderer)
+              for film in neutral_films.FILMS for renderer in ("mitsuba", "povray")]
     if everything:
         names = sorted(path.parent.name for path in FIXTURES.glob("*/*.anim") if path.stem == path.parent.name)
         found += [Race(f"{name}, as it is", name) for name in names]
@@ -75,6 +81,8 @@ def races(quick, everything):
 
 
 def film_of(films, race, speed):
+    if race.renderer:
+        return neutral_films.FILMS[race.film](films.folder / f"neutral_{race.film}", race.size, race.frames)
     if race.speed and speed is not None:
         return films.ladybirds(race.size, speed, race.frames)
     # A longer film of the airplane is the same flight in more frames.
@@ -86,6 +94,7 @@ def run(race, decor, films, out, repeats, speed):
     say(race.name)
     shutil.rmtree(out, ignore_errors=True)
     part = ["--frames", f"0-{race.only - 1}"] if race.only else []
+    part += ["--renderer", race.renderer] if race.renderer else []
     settings = {name: [*options, *part] for name, options in race.settings.items()}
     found = side_by_side(decor, film_of(films, race, speed), settings, repeats, out)
     for name, one in found.items():

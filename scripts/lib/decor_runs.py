@@ -115,6 +115,16 @@ def measured(command, environment=None, folder=None):
         }
 
 
+def with_mitsuba():
+    """Names Mitsuba to the runs that follow, installed where it is missing."""
+    script = '. scripts/setup.sh && ensure_mitsuba && printf %s "${DECOR_MITSUBA:-}"'
+    found = subprocess.run(["bash", "-c", script], cwd=ROOT, capture_output=True, text=True)
+    if found.returncode:
+        raise Failed(f"Mitsuba cannot be installed\n{found.stderr}")
+    if found.stdout:
+        os.environ["DECOR_MITSUBA"] = found.stdout
+
+
 class Failed(Exception):
     """A run that did not end well."""
 
