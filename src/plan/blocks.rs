@@ -3,7 +3,7 @@
 use decor_api::{Size, Window};
 
 /// The side of a block, in pixels: the renderers' grid.
-pub const BLOCK: u32 = 32;
+pub use decor_api::BLOCK;
 
 /// Some blocks of a picture of one size.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -21,6 +21,7 @@
 pub mod abilities;
 pub mod adapter;
 pub mod arrival;
+pub mod blocks;
 pub mod bounds;
 pub mod camera;
 #[cfg(feature = "conformance")]
@@ -44,6 +45,7 @@ pub use adapter::{
     Said, SceneText, Surroundings, Tally,
 };
 pub use arrival::{ArrivalRequest, ArrivalShot, SurfacePoint};
+pub use blocks::{BLOCK, BlockMask};
 pub use bounds::{Bounds, Sphere};
 pub use camera::{Camera, CameraError};
 pub use csg::Csg;
@@ -54,4 +56,5 @@ pub use mesh::TriangleMesh;
 pub use prototype::{Fragment, Geometry, Optics, Prototype, PrototypeId, PrototypeTable};
 pub use scene::{
     Antialias, Fade, Instance, Light, LightKind, NativeFile, PictureFormat, Pose, Rgb, Scene,
+    area_samples,
 };

@@ -69,6 +69,30 @@ pub struct Light {
     pub fade: Option<Fade>,
 }
 
+/// Where `n` samples of an area light are on a side, from edge to edge (−½ to ½; a single one is
+/// in the middle), and the weight of each. The weights are POV-Ray's, in whose
+/// terms films describe lights: it halves the side until two samples are next
+/// to each other and takes the mean of every pair.
+pub fn area_samples(n: u32) -> Vec<(f64, f64)> {
+    fn halve(first: usize, last: usize, weight: f64, samples: &mut [(f64, f64)]) {
+        if last - first <= 1 {
+            samples[first].1 += 0.5 * weight;
+            samples[last].1 += 0.5 * weight;
+        } else {
+            let sum = first + last;
+            halve(first, sum / 2, 0.5 * weight, samples);
+            halve(sum.div_ceil(2), last, 0.5 * weight, samples);
+        }
+    }
+    if n <= 1 {
+        return vec![(0.0, 1.0)];
+    }
+    let at = |k: u32| f64::from(k) / f64::from(n - 1) - 0.5;
+    let mut samples: Vec<(f64, f64)> = (0..n).map(|k| (at(k), 0.0)).collect();
+    halve(0, samples.len() - 1, 1.0, &mut samples);
+    samples
+}
+
 /// Where an object is, and how it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {

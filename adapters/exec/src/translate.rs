@@ -12,7 +12,7 @@ use glam::{DAffine3, DVec3};
 use crate::protocol::{self, Matrix, Solid};
 
 /// The side of the blocks of a picture, in pixels.
-pub const BLOCK: u32 = 32;
+pub use decor_api::BLOCK;
 
 /// What of a request the program cannot draw, by what it said of itself; `None`
 /// where it may be asked.

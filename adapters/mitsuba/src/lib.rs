@@ -65,7 +65,7 @@ pub const INSTALL: &str = "install it with `pip install mitsuba` (in a virtual e
 
 /// The side of the blocks of [`Region::Blocks`], in pixels, and the grid on which
 /// windows are the whole picture's own.
-pub const BLOCK: u32 = 32;
+pub use decor_api::BLOCK;
 
 /// Mitsuba behind decor.
 #[derive(Debug)]

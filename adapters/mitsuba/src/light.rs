@@ -11,7 +11,7 @@
 
 use std::f64::consts::PI;
 
-use decor_api::{AdapterError, Light, LightKind, Rgb, Scene};
+use decor_api::{AdapterError, Light, LightKind, Rgb, Scene, area_samples};
 use glam::{DMat3, DVec3};
 
 use crate::units::Units;
@@ -92,8 +92,8 @@ fn add(all: &mut Vec<Emitter>, light: &Light, eye: DVec3) -> Result<(), AdapterE
             }
         }
         LightKind::Area { u, v, nu, nv } => {
-            for (j, q) in samples(nv) {
-                for (i, p) in samples(nu) {
+            for (j, q) in area_samples(nv) {
+                for (i, p) in area_samples(nu) {
                     all.push(Emitter::Point {
                         position: position + u * i + v * j,
                         intensity: times(full_at * full_at * p * q),
@@ -121,30 +121,6 @@ fn full_distance(light: &Light) -> Result<f64, AdapterError> {
             Ok(if distance > 0.0 { distance } else { 1.0 })
         }
     }
-}
-
-/// Where `n` samples are on a side, from edge to edge (−½ to ½; a single one is
-/// in the middle), and the weight of each. The weights are POV-Ray's, in whose
-/// terms films describe lights: it halves the side until two samples are next
-/// to each other and takes the mean of every pair.
-fn samples(n: u32) -> Vec<(f64, f64)> {
-    fn halve(first: usize, last: usize, weight: f64, samples: &mut [(f64, f64)]) {
-        if last - first <= 1 {
-            samples[first].1 += 0.5 * weight;
-            samples[last].1 += 0.5 * weight;
-        } else {
-            let sum = first + last;
-            halve(first, sum / 2, 0.5 * weight, samples);
-            halve(sum.div_ceil(2), last, 0.5 * weight, samples);
-        }
-    }
-    if n <= 1 {
-        return vec![(0.0, 1.0)];
-    }
-    let at = |k: u32| f64::from(k) / f64::from(n - 1) - 0.5;
-    let mut samples: Vec<(f64, f64)> = (0..n).map(|k| (at(k), 0.0)).collect();
-    halve(0, samples.len() - 1, 1.0, &mut samples);
-    samples
 }
 
 impl Emitter {
@@ -202,9 +178,9 @@ mod tests {
     #[test]
     fn the_samples_share_the_whole_light() {
         for n in 1..20 {
-            let sum: f64 = samples(n).iter().map(|s| s.1).sum();
+            let sum: f64 = area_samples(n).iter().map(|s| s.1).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{n}");
         }
-        assert_eq!(samples(3), [(-0.5, 0.25), (0.0, 0.5), (0.5, 0.25)]);
+        assert_eq!(area_samples(3), [(-0.5, 0.25), (0.0, 0.5), (0.5, 0.25)]);
     }
 }

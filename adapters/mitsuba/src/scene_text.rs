@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use decor_api::{
-    AdapterError, Geometry, Instance, LayerRequest, LayerShot, Output, PrototypeTable, Region,
-    Scene, Size, Window,
+    AdapterError, BLOCK, BlockMask, Geometry, Instance, LayerRequest, LayerShot, Output,
+    PrototypeTable, Region, Scene, Window,
 };
 use glam::DAffine3;
 
@@ -16,7 +16,7 @@ use crate::light::emitters;
 use crate::look::{Ambient, Looks};
 use crate::solid::Model;
 use crate::units::{Placed, Units};
-use crate::{BLOCK, unsupported};
+use crate::unsupported;
 
 /// What a file renders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,8 +153,8 @@ impl Writer<'_> {
                 (*window, mask)
             }
             Region::Blocks(blocks) => {
-                let mask = BlockMask::new(blocks, size)?;
-                (mask.window, Some(mask))
+                let mask = BlockMask::new(blocks, size).map_err(|what| unsupported(&what))?;
+                (mask.window(), Some(mask))
             }
         };
         let mut take = Take {
@@ -266,55 +266,5 @@ pub(crate) fn model(table: &PrototypeTable, instance: &Instance) -> Result<Model
     match &table.get(instance.prototype).geometry {
         Geometry::Neutral(solid) => Model::new(solid),
         Geometry::Fragment(fragment) => Err(AdapterError::native(crate::NAME, &fragment.file)),
-    }
-}
-
-/// The blocks that are wanted, and the window around them.
-struct BlockMask {
-    window: Window,
-    columns: u32,
-    wanted: Vec<bool>,
-}
-
-impl BlockMask {
-    fn new(blocks: &[u32], size: Size) -> Result<Self, AdapterError> {
-        let columns = size.width.div_ceil(BLOCK);
-        let count = columns as usize * size.height.div_ceil(BLOCK) as usize;
-        let mut mask = Self {
-            window: Window::EMPTY,
-            columns,
-            wanted: vec![false; count],
-        };
-        for &block in blocks {
-            let Some(wanted) = mask.wanted.get_mut(block as usize) else {
-                return Err(unsupported(&format!("block {block}: there are {count}")));
-            };
-            *wanted = true;
-            let pixel = Window {
-                x: block % columns * BLOCK,
-                y: block / columns * BLOCK,
-                width: 1,
-                height: 1,
-            };
-            mask.window = mask.window.union(pixel.on_grid(BLOCK, size));
-        }
-        Ok(mask)
-    }
-
-    /// The blocks of a window on the grid.
-    fn of(window: Window, size: Size) -> Self {
-        let columns = size.width.div_ceil(BLOCK);
-        let blocks = (0..size.height.div_ceil(BLOCK))
-            .flat_map(|row| (0..columns).map(move |column| (column * BLOCK, row * BLOCK)));
-        Self {
-            window,
-            columns,
-            wanted: blocks.map(|(x, y)| window.contains(x, y)).collect(),
-        }
-    }
-
-    fn contains(&self, x: u32, y: u32) -> bool {
-        let block = y / BLOCK * self.columns + x / BLOCK;
-        self.wanted.get(block as usize).copied().unwrap_or(false)
     }
 }

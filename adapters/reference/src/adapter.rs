@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use decor_api::{
-    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Health, Layer,
-    LayerRequest, LayerShot, Output, Region, RunContext, Scene, SceneText, Size, Window, encode,
-    health,
+    Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, BlockMask, DepthKind, Health,
+    Layer, LayerRequest, LayerShot, Output, Region, RunContext, Scene, SceneText, encode, health,
 };
 
 use crate::arrival;
@@ -17,7 +16,7 @@ use crate::shade::Shader;
 use crate::world::World;
 
 /// The side of the blocks of [`Region::Blocks`], in pixels.
-pub const BLOCK: u32 = 32;
+pub use decor_api::BLOCK;
 
 const NAME: &str = "reference";
 
@@ -93,8 +92,8 @@ impl Reference {
                 frame.draw(*window, &|_, _| true, &may_go_on)
             }
             Region::Blocks(blocks) => {
-                let mask = BlockMask::new(blocks, request.size)?;
-                frame.draw(mask.window, &|x, y| mask.contains(x, y), &may_go_on)
+                let mask = BlockMask::new(blocks, request.size).map_err(unsupported)?;
+                frame.draw(mask.window(), &|x, y| mask.contains(x, y), &may_go_on)
             }
         }
     }
@@ -265,43 +264,5 @@ impl Watch<'_> {
             });
         }
         Ok(())
-    }
-}
-
-/// The blocks that are wanted, and the window around them.
-struct BlockMask {
-    window: Window,
-    columns: u32,
-    wanted: Vec<bool>,
-}
-
-impl BlockMask {
-    fn new(blocks: &[u32], size: Size) -> Result<Self, AdapterError> {
-        let columns = size.width.div_ceil(BLOCK);
-        let count = columns as usize * size.height.div_ceil(BLOCK) as usize;
-        let mut mask = Self {
-            window: Window::EMPTY,
-            columns,
-            wanted: vec![false; count],
-        };
-        for &block in blocks {
-            let Some(wanted) = mask.wanted.get_mut(block as usize) else {
-                return Err(unsupported(format!("block {block}: there are {count}")));
-            };
-            *wanted = true;
-            let pixel = Window {
-                x: block % columns * BLOCK,
-                y: block / columns * BLOCK,
-                width: 1,
-                height: 1,
-            };
-            mask.window = mask.window.union(pixel.on_grid(BLOCK, size));
-        }
-        Ok(mask)
-    }
-
-    fn contains(&self, x: u32, y: u32) -> bool {
-        let block = y / BLOCK * self.columns + x / BLOCK;
-        self.wanted.get(block as usize).copied().unwrap_or(false)
     }
 }

@@ -1,7 +1,7 @@
 //! What arrives from a light where nothing is in the way. The forms are
 //! POV-Ray's, which the neutral lights are described by.
 
-use decor_api::{Fade, Light, LightKind, Rgb};
+use decor_api::{Fade, Light, LightKind, Rgb, area_samples};
 use glam::DVec3;
 
 use crate::ray::unit;
@@ -47,36 +47,12 @@ pub(crate) fn ways(light: &Light, point: DVec3) -> Vec<Way> {
     let LightKind::Area { u, v, nu, nv } = light.kind else {
         return to(light.position, 1.0).into_iter().collect();
     };
-    let (columns, rows) = (samples(nu), samples(nv));
+    let (columns, rows) = (area_samples(nu), area_samples(nv));
     let grid = rows
         .iter()
         .flat_map(|row| columns.iter().map(move |column| (column, row)));
     grid.filter_map(|(&(i, p), &(j, q))| to(light.position + u * i + v * j, p * q))
         .collect()
-}
-
-/// Where `n` samples are on a side, from edge to edge (−½ to ½; a single one
-/// is in the middle), and the weight of each. The weights are POV-Ray's, which
-/// halves the side until two samples are next to each other and takes the mean
-/// of every pair: for 3, 5, 9, … samples this is the trapezoidal rule.
-fn samples(n: u32) -> Vec<(f64, f64)> {
-    fn halve(first: usize, last: usize, weight: f64, samples: &mut [(f64, f64)]) {
-        if last - first <= 1 {
-            samples[first].1 += 0.5 * weight;
-            samples[last].1 += 0.5 * weight;
-        } else {
-            let sum = first + last;
-            halve(first, sum / 2, 0.5 * weight, samples);
-            halve(sum.div_ceil(2), last, 0.5 * weight, samples);
-        }
-    }
-    if n <= 1 {
-        return vec![(0.0, 1.0)];
-    }
-    let at = |i: u32| f64::from(i) / f64::from(n - 1) - 0.5;
-    let mut samples: Vec<(f64, f64)> = (0..n).map(|i| (at(i), 0.0)).collect();
-    halve(0, samples.len() - 1, 1.0, &mut samples);
-    samples
 }
 
 /// A neutral colour as a vector, for arithmetic.
@@ -224,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_samples_share_the_whole_light() {
-        let weights = |n| samples(n).iter().map(|s| s.1).collect::<Vec<_>>();
+        let weights = |n| area_samples(n).iter().map(|s| s.1).collect::<Vec<_>>();
         assert_eq!(weights(0), [1.0]);
         assert_eq!(weights(4), [0.25; 4]);
         assert_eq!(weights(5), [0.125, 0.25, 0.25, 0.25, 0.125]);
