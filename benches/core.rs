@@ -209,7 +209,7 @@ fn by_pixel(criterion: &mut Criterion<CpuTime>) {
     });
     let file = state_file();
     group.bench_function("read state", |b| {
-        b.iter(|| state::pixels(black_box(&file), SIZE.window(), Wanted::All));
+        b.iter(|| state::pixels(black_box(&file[..]), SIZE.window(), Wanted::All));
     });
 
     merging(&mut group, &decor);

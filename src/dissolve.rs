@@ -176,6 +176,18 @@ impl<'a> Backdrop<'a> {
         }
     }
 
+    /// The same, without a copy where the décor is shown as it was rendered.
+    pub fn depths_of<'b>(&'b self, x: u32, y: u32, space: &'b mut [f64]) -> &'b [f64] {
+        if self.dissolve.is_none() {
+            let from = self.decor.index(x, y);
+            if let Some(known) = depths(self.decor).get(from..from + space.len()) {
+                return known;
+            }
+        }
+        self.depths(x, y, space);
+        space
+    }
+
     /// Colours of `colour.len()` pixels from column `x` of row `y` on, whose
     /// [`depths`](Self::depths) are known.
     pub fn colours(&self, x: u32, y: u32, depth: &[f64], colour: &mut [[f32; 4]]) {

@@ -1,6 +1,7 @@
 //! Finished frames: their names, their encoding, and writing them so that no
 //! file is ever half there.
 
+mod canvas;
 mod transfer;
 
 use std::io::Write;
@@ -12,6 +13,7 @@ use decor_api::{Adapter, Layer, PictureFormat, Size};
 use crate::dissolve::Dissolve;
 use crate::layer::{LayerFileError, write_exr};
 use crate::merge::Patch;
+pub use canvas::Canvas;
 use transfer::Transfer;
 
 /// Why a frame cannot be written.
@@ -119,6 +121,7 @@ struct Last {
 }
 
 /// A picture in a file's own numbers.
+#[derive(Clone)]
 enum Content {
     /// Bytes of pixels, row by row.
     Encoded(Vec<u8>),
@@ -127,22 +130,6 @@ enum Content {
         colour: Vec<[f32; 4]>,
         depth: Vec<f32>,
     },
-}
-
-impl Content {
-    fn of(layer: &Layer, encoder: &Encoder<'_>, transfer: Option<&Transfer>) -> Self {
-        let colour = layer.colour.as_deref().unwrap_or_default();
-        if encoder.format == PictureFormat::Exr {
-            Self::Linear {
-                colour: colour.to_vec(),
-                depth: single(layer.depth.as_deref().unwrap_or_default()),
-            }
-        } else {
-            let mut bytes = vec![0; colour.len() * encoder.pixel_bytes()];
-            encoder.encode(colour, transfer, &mut bytes);
-            Self::Encoded(bytes)
-        }
-    }
 }
 
 /// How frames are encoded.
@@ -156,7 +143,7 @@ pub struct Encoder<'a> {
 impl Ground {
     /// Nothing but the size: every pixel is to be replaced.
     pub fn empty(size: Size, encoder: &Encoder<'_>) -> Self {
-        let picture = if encoder.format == PictureFormat::Exr {
+        let picture = if encoder.has_depth() {
             Content::Linear {
                 colour: vec![[0.0; 4]; size.pixels()],
                 depth: vec![f32::INFINITY; size.pixels()],
@@ -210,66 +197,22 @@ impl Encoder<'_> {
         patches: &[Patch],
         path: &Path,
     ) -> Result<Vec<u8>, WriteError> {
-        let patches = patches.iter().filter(|p| !p.window.is_empty());
-        let width = ground.size.width as usize;
-        match (&ground.picture, &ground.target) {
-            (Content::Encoded(picture), target) => {
-                let pixel = self.pixel_bytes();
-                let mut bytes = picture.clone();
-                if let (Some(Content::Encoded(target)), Some((dissolve, in_place))) =
-                    (target, dissolve)
-                {
-                    let pixels = bytes.chunks_exact_mut(pixel);
-                    for (i, (bytes, target)) in pixels.zip(target.chunks_exact(pixel)).enumerate() {
-                        if dissolve.shows_target(i, in_place) {
-                            bytes.copy_from_slice(target);
-                        }
-                    }
-                }
-                for patch in patches {
-                    let row = patch.window.width as usize;
-                    for (y, colour) in
-                        (patch.window.y as usize..).zip(patch.colour.chunks_exact(row))
-                    {
-                        let from = (y * width + patch.window.x as usize) * pixel;
-                        let line = &mut bytes[from..from + row * pixel];
-                        self.encode(colour, ground.transfer.as_ref(), line);
-                    }
-                }
-                self.png_once(ground, bytes, path)
-            }
-            (Content::Linear { colour, depth }, target) => {
-                let (mut colour, mut depth) = (colour.clone(), depth.clone());
-                if let (
-                    Some(Content::Linear {
-                        colour: to_colour,
-                        depth: to_depth,
-                    }),
-                    Some((dissolve, in_place)),
-                ) = (target, dissolve)
-                {
-                    for i in 0..colour.len() {
-                        if dissolve.shows_target(i, in_place) {
-                            colour[i] = to_colour[i];
-                            depth[i] = to_depth[i];
-                        }
-                    }
-                }
-                for patch in patches {
-                    let row = patch.window.width as usize;
-                    for (k, y) in
-                        (patch.window.y as usize..patch.window.bottom() as usize).enumerate()
-                    {
-                        let (from, into) = (k * row, y * width + patch.window.x as usize);
-                        colour[into..into + row].copy_from_slice(&patch.colour[from..from + row]);
-                        if let Some(new) = &patch.depth {
-                            depth[into..into + row]
-                                .copy_from_slice(&single(&new[from..from + row]));
-                        }
-                    }
-                }
-                self.exr(ground.size, &colour, &depth, path)
-            }
+        let mut canvas = self.canvas(ground, dissolve);
+        for patch in patches {
+            canvas.lay(patch);
+        }
+        self.finish(canvas, path)
+    }
+
+    /// The bytes of a frame's file.
+    ///
+    /// # Errors
+    /// Where the format's encoder refuses.
+    pub fn finish(&self, canvas: Canvas<'_>, path: &Path) -> Result<Vec<u8>, WriteError> {
+        let ground = canvas.ground;
+        match canvas.content {
+            Content::Encoded(bytes) => self.png_once(ground, bytes, path),
+            Content::Linear { colour, depth } => self.exr(ground.size, &colour, &depth, path),
         }
     }
 
@@ -330,6 +273,11 @@ impl Encoder<'_> {
             source,
         })?;
         Ok(file.into_inner())
+    }
+
+    /// Does a file hold depths, and colours as they are?
+    fn has_depth(&self) -> bool {
+        self.format == PictureFormat::Exr
     }
 
     fn pixel_bytes(&self) -> usize {

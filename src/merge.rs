@@ -5,6 +5,8 @@
 //! fast object's edge covers part of a pixel: it is laid over the décor by its
 //! coverage.
 
+use std::ops::Range;
+
 use decor_api::{Layer, Window};
 
 use crate::dissolve::Backdrop;
@@ -20,66 +22,88 @@ pub struct Patch {
     pub depth: Option<Vec<f64>>,
 }
 
+/// A part of a row where something fast is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// Its first column.
+    pub x: u32,
+    /// Its row.
+    pub y: u32,
+    /// What is seen there.
+    pub colour: &'a [[f32; 4]],
+    /// The distance along the ray, where it is wanted; else empty.
+    pub depth: &'a [f64],
+}
+
 /// Merges a fast layer's window into the décor, which covers the whole picture.
 /// The patch is the part of the window where anything fast is at all.
 ///
 /// `antialiased`: coverage decides how much of a pixel is the fast object's. If
 /// not, a pixel belongs to one or the other.
-///
-/// One core does it: frames are many, and several are merged at once.
 pub fn merge(
     decor: Backdrop<'_>,
     fast_colour: &Layer,
     fast_depth: &Layer,
     antialiased: bool,
 ) -> Patch {
-    merged(decor, fast_colour, fast_depth, antialiased, true)
+    let fast = Fast::of(fast_colour, fast_depth, antialiased);
+    let window = fast.extent();
+    let width = window.width as usize;
+    let mut colour = vec![[0.0; 4]; window.pixels()];
+    let mut depth = vec![f64::INFINITY; window.pixels()];
+    for (k, y) in (window.y..window.bottom()).enumerate() {
+        let row = k * width..(k + 1) * width;
+        decor.row(window.x, y, &mut colour[row.clone()], &mut depth[row]);
+    }
+    merge_onto(decor, fast_colour, fast_depth, antialiased, true, |run| {
+        let from = (run.y - window.y) as usize * width + (run.x - window.x) as usize;
+        let into = from..from + run.colour.len();
+        colour[into.clone()].copy_from_slice(run.colour);
+        depth[into].copy_from_slice(run.depth);
+    });
+    Patch {
+        window,
+        colour,
+        depth: Some(depth),
+    }
 }
 
-/// [`merge`] where nobody asks for depths: a third less memory is written.
-pub fn merge_colour(
-    decor: Backdrop<'_>,
-    fast_colour: &Layer,
-    fast_depth: &Layer,
-    antialiased: bool,
-) -> Patch {
-    merged(decor, fast_colour, fast_depth, antialiased, false)
-}
-
-fn merged(
+/// The same onto a frame that shows the décor already: `lay` is told of every run
+/// of pixels where something fast is seen, row by row. Nothing is copied that
+/// does not change; with depths only where `with_depth` asks for them.
+///
+/// One core does it: frames are many, and several are merged at once.
+pub fn merge_onto(
     decor: Backdrop<'_>,
     fast_colour: &Layer,
     fast_depth: &Layer,
     antialiased: bool,
     with_depth: bool,
-) -> Patch {
-    debug_assert_eq!(fast_colour.window, fast_depth.window);
-    let fast = Fast {
-        window: fast_colour.window,
-        colour: fast_colour.colour.as_deref().unwrap_or_default(),
-        depth: fast_depth.depth.as_deref().unwrap_or_default(),
-        antialiased,
-    };
+    mut lay: impl FnMut(Run<'_>),
+) {
+    let fast = Fast::of(fast_colour, fast_depth, antialiased);
     let quantum = decor.depth_quantum();
     let quantum = (
         quantum.0 + fast_depth.depth_quantum.0,
         quantum.1 + fast_depth.depth_quantum.1,
     );
-    let window = fast.extent();
-    let width = window.width as usize;
-    let mut colour = Vec::with_capacity(window.pixels());
-    let mut depth = Vec::with_capacity(if with_depth { window.pixels() } else { 0 });
+    let width = fast.window.width as usize;
     // What is read of a row stays in the nearest cache until it is used.
-    let mut behind = vec![f64::INFINITY; width];
+    let mut dissolved = vec![f64::INFINITY; width];
     let mut shown = vec![Shown::Decor; width];
-    for y in window.y..window.bottom() {
-        decor.depths(window.x, y, &mut behind);
-        let from = fast.index(window.x, y);
-        let (over, near) = (
-            &fast.colour[from..from + width],
-            &fast.depth[from..from + width],
-        );
-        for ((shown, &near), &behind) in shown.iter_mut().zip(near).zip(&behind) {
+    let mut both = Vec::new();
+    let mut nearest = Vec::new();
+    for y in fast.window.y..fast.window.bottom() {
+        let Some(columns) = fast.columns(y) else {
+            continue;
+        };
+        let left = fast.window.x + columns.start as u32;
+        let row = fast.index(fast.window.x, y);
+        let part = row + columns.start..row + columns.end;
+        let (over, near) = (&fast.colour[part.clone()], &fast.depth[part]);
+        let behind = decor.depths_of(left, y, &mut dissolved[..columns.len()]);
+        let shown = &mut shown[..columns.len()];
+        for ((shown, &near), &behind) in shown.iter_mut().zip(near).zip(behind) {
             *shown = if wins(near, behind, quantum) {
                 Shown::Fast
             } else {
@@ -91,7 +115,7 @@ fn merged(
                 let coverage = fast_pixel[3];
                 let beside = || {
                     near[x] == f64::INFINITY
-                        && wins(fast.edge_depth(window.x + x as u32, y), behind[x], quantum)
+                        && wins(fast.edge_depth(left + x as u32, y), behind[x], quantum)
                 };
                 if coverage <= 0.0 {
                     *shown = Shown::Decor;
@@ -104,37 +128,35 @@ fn merged(
         }
         // Pixels that follow each other mostly show the same.
         let mut x = 0;
-        while x < width {
+        while x < shown.len() {
             let (start, what) = (x, shown[x]);
             let others = shown[start..].iter().position(|&shown| shown != what);
-            x = others.map_or(width, |many| start + many);
+            x = others.map_or(shown.len(), |many| start + many);
             let run = start..x;
-            let is_fast = what != Shown::Decor;
-            if what == Shown::Fast {
-                colour.extend_from_slice(&over[run.clone()]);
-            } else {
-                let into = colour.len();
-                colour.resize(into + run.len(), [0.0; 4]);
-                let below = &mut colour[into..];
-                decor.colours(window.x + start as u32, y, &behind[run.clone()], below);
-                if is_fast {
-                    for (below, fast) in below.iter_mut().zip(&over[run.clone()]) {
+            let colour = match what {
+                Shown::Decor => continue,
+                Shown::Fast => &over[run.clone()],
+                Shown::Both => {
+                    both.resize(run.len(), [0.0; 4]);
+                    decor.colours(left + start as u32, y, &behind[run.clone()], &mut both);
+                    for (below, fast) in both.iter_mut().zip(&over[run.clone()]) {
                         *below = laid_over(*fast, *below);
                     }
+                    &both[..]
                 }
+            };
+            nearest.clear();
+            if with_depth {
+                let depths = near[run.clone()].iter().zip(&behind[run]);
+                nearest.extend(depths.map(|(near, behind)| near.min(*behind)));
             }
-            if with_depth && is_fast {
-                let both = near[run.clone()].iter().zip(&behind[run]);
-                depth.extend(both.map(|(near, behind)| near.min(*behind)));
-            } else if with_depth {
-                depth.extend_from_slice(&behind[run]);
-            }
+            lay(Run {
+                x: left + start as u32,
+                y,
+                colour,
+                depth: &nearest,
+            });
         }
-    }
-    Patch {
-        window,
-        colour,
-        depth: with_depth.then_some(depth),
     }
 }
 
@@ -155,7 +177,41 @@ struct Fast<'a> {
     antialiased: bool,
 }
 
-impl Fast<'_> {
+impl<'a> Fast<'a> {
+    fn of(colour: &'a Layer, depth: &'a Layer, antialiased: bool) -> Self {
+        debug_assert_eq!(colour.window, depth.window);
+        Self {
+            window: colour.window,
+            colour: colour.colour.as_deref().unwrap_or_default(),
+            depth: depth.depth.as_deref().unwrap_or_default(),
+            antialiased,
+        }
+    }
+
+    /// The columns of a row, counted from the window's left, where anything may
+    /// be: with antialiasing also beside what has a depth in a row beside.
+    fn columns(&self, y: u32) -> Option<Range<usize>> {
+        let Window { width, height, .. } = self.window;
+        let (width, row) = (width as usize, y - self.window.y);
+        let around = u32::from(self.antialiased);
+        let mut found: Option<Range<usize>> = None;
+        for row in row.saturating_sub(around)..(row + around + 1).min(height) {
+            let from = row as usize * width;
+            let near = &self.depth[from..from + width];
+            let is_there = |depth: &f64| *depth != f64::INFINITY;
+            let Some(first) = near.iter().position(is_there) else {
+                continue;
+            };
+            let end = 1 + near.iter().rposition(is_there).unwrap_or(first);
+            found = Some(match found {
+                None => first..end,
+                Some(found) => found.start.min(first)..found.end.max(end),
+            });
+        }
+        let around = around as usize;
+        found.map(|f| f.start.saturating_sub(around)..(f.end + around).min(width))
+    }
+
     fn index(&self, x: u32, y: u32) -> usize {
         (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
     }
@@ -164,36 +220,18 @@ impl Fast<'_> {
     /// what has a depth.
     fn extent(&self) -> Window {
         let window = self.window;
-        let width = window.width as usize;
         let mut extent = Window::EMPTY;
-        if width == 0 {
-            return extent;
+        for y in window.y..window.bottom() {
+            if let Some(columns) = self.columns(y) {
+                extent = extent.union(Window {
+                    x: window.x + columns.start as u32,
+                    y,
+                    width: columns.len() as u32,
+                    height: 1,
+                });
+            }
         }
-        let is_there = |depth: &f64| *depth != f64::INFINITY;
-        let (mut left, mut right) = (width, 0);
-        for (y, row) in (window.y..).zip(self.depth.chunks_exact(width)) {
-            let Some(first) = row.iter().position(is_there) else {
-                continue;
-            };
-            let last = row.iter().rposition(is_there).unwrap_or(first);
-            (left, right) = (left.min(first), right.max(last + 1));
-            extent = extent.union(Window {
-                x: window.x + left as u32,
-                y,
-                width: (right - left) as u32,
-                height: 1,
-            });
-        }
-        if !self.antialiased || extent.is_empty() {
-            return extent;
-        }
-        let around = Window {
-            x: extent.x.saturating_sub(1),
-            y: extent.y.saturating_sub(1),
-            width: extent.right() + 1 - extent.x.saturating_sub(1),
-            height: extent.bottom() + 1 - extent.y.saturating_sub(1),
-        };
-        around.intersection(window)
+        extent
     }
 
     /// The depth of a pixel of which the edge of something covers a part, but not
@@ -265,8 +303,13 @@ mod tests {
         assert_eq!(patch.window.width, 4);
         assert_eq!(patch.colour, [BLUE, RED, RED, RED]);
         assert_eq!(patch.depth.as_deref(), Some(&[1.0, 2.0, 2.0, 9.0][..]));
-        let colour = merge_colour(Backdrop::plain(&decor), &fast, &fast, false);
-        assert_eq!((colour.colour, colour.depth), (patch.colour, None));
+        let mut runs = Vec::new();
+        merge_onto(Backdrop::plain(&decor), &fast, &fast, false, false, |run| {
+            assert_eq!((run.y, run.depth), (0, &[][..]));
+            runs.push((run.x, run.colour.to_vec()));
+        });
+        // What shows the décor is left alone.
+        assert_eq!(runs, [(1, vec![RED; 3])]);
     }
 
     #[test]

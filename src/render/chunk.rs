@@ -6,10 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use decor_api::{
-    AdapterError, Bounds, Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window,
+    AdapterError, Bounds, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window,
 };
 
 use super::RenderError;
+use super::called::{Called, Calls};
 use super::execution::{Execution, join};
 use super::ground::PeriodGround;
 use super::influenced::Blocks;
@@ -19,10 +20,7 @@ use crate::influence::may_shade;
 use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_length, seen_in};
 use crate::probe::cores;
 
-/// Layers by pass and frame; a frame may have several windows of a pass.
-pub type Layers = HashMap<(Pass, u32), Vec<Layer>>;
-
-/// Passes of a chunk, in the order in which their patches are laid.
+/// Passes of a chunk, in the order in which they are laid onto a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Pass {
     Whole,
@@ -114,13 +112,14 @@ impl Execution<'_> {
             None => Shades::new(),
         };
         let shots = self.shots(period, frames.clone(), &blocks);
-        let mut layers = self.layers(shots, frames.start, &blocks)?;
+        let requests = self.requests(shots, frames.start);
+        let mut calls = self.called(&requests, &blocks)?;
         let Some(ground) = early.or_else(|| ground.take().and_then(|wait| wait())) else {
             return Ok(());
         };
         for number in frames {
-            let patches = self.patches(ground, number, &mut layers, &blocks, shades.get(&number));
-            self.write(ground, number, &patches)?;
+            let _hand = self.hands.take();
+            self.frame(ground, number, &mut calls, &blocks, shades.get(&number))?;
         }
         Ok(())
     }
@@ -234,47 +233,58 @@ impl Execution<'_> {
         state.shadows || self.stage.is_in_view(object, &state.camera)
     }
 
-    /// All layers of a chunk, by pass and frame. The calls run side by side.
-    fn layers(
+    /// The calls that some shots make, with their passes.
+    fn requests(
         &self,
         shots: BTreeMap<Pass, Vec<LayerShot>>,
         first: u32,
-        blocks: &Blocks,
-    ) -> Result<Layers, RenderError> {
-        let mut calls: Vec<(Pass, LayerRequest<'_>)> = Vec::new();
+    ) -> Vec<(Pass, LayerRequest<'_>)> {
+        let mut requests = Vec::new();
         for (pass, shots) in shots {
             for (group, shots) in grouped(shots).into_iter().enumerate() {
-                calls.push((pass, self.request(pass, shots, first, group)));
+                requests.push((pass, self.request(pass, shots, first, group)));
             }
         }
+        requests
+    }
+
+    /// The calls of a chunk, side by side.
+    fn called<'r>(
+        &'r self,
+        requests: &'r [(Pass, LayerRequest<'r>)],
+        blocks: &Blocks,
+    ) -> Result<Calls<'r>, RenderError> {
         let results: Vec<_> = std::thread::scope(|scope| {
-            let running: Vec<_> = calls
+            let running: Vec<_> = requests
                 .iter()
-                .map(|(pass, request)| (*pass, scope.spawn(|| self.call(request, self.threads))))
+                .map(|(pass, request)| {
+                    // The others are merged.
+                    let encoded = matches!(pass, Pass::Whole | Pass::Blocks);
+                    scope.spawn(move || self.call_to_read(request, encoded))
+                })
                 .collect();
-            running
-                .into_iter()
-                .map(|(pass, handle)| (pass, join(handle)))
-                .collect()
+            running.into_iter().map(join).collect()
         });
-        let mut layers = Layers::new();
-        for ((pass, result), (_, request)) in results.into_iter().zip(&calls) {
-            for (layer, shot) in result?.into_iter().zip(&request.shots) {
-                let counter = match pass {
-                    Pass::Whole => &self.traced.whole,
-                    Pass::Sky | Pass::Fast => &self.traced.fast,
-                    Pass::Blocks => &self.traced.blocks,
-                    Pass::WholeDepth | Pass::FastDepth => &self.traced.depth,
-                };
-                let pixels = match &shot.region {
-                    Region::Window(window) => window.pixels() as u64,
-                    Region::Blocks(_) => blocks.get(&shot.frame).map_or(0, BlockSet::pixels) as u64,
-                };
-                counter.fetch_add(pixels, Ordering::Relaxed);
-                layers.entry((pass, shot.frame)).or_default().push(layer);
-            }
+        let mut called = Vec::new();
+        for (result, (pass, request)) in results.into_iter().zip(requests) {
+            let counter = match pass {
+                Pass::Whole => &self.traced.whole,
+                Pass::Sky | Pass::Fast => &self.traced.fast,
+                Pass::Blocks => &self.traced.blocks,
+                Pass::WholeDepth | Pass::FastDepth => &self.traced.depth,
+            };
+            let pixels = request.shots.iter().map(|shot| match &shot.region {
+                Region::Window(window) => window.pixels(),
+                Region::Blocks(_) => blocks.get(&shot.frame).map_or(0, BlockSet::pixels),
+            });
+            counter.fetch_add(pixels.sum::<usize>() as u64, Ordering::Relaxed);
+            called.push(Called {
+                pass: *pass,
+                request,
+                left: result?,
+            });
         }
-        Ok(layers)
+        Ok(Calls(called))
     }
 
     fn request(

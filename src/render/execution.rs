@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use decor_api::{AdapterError, Layer, LayerRequest, PictureFormat, RunContext};
 
+use super::called::Left;
 use super::slots::Slots;
 use super::{Options, RenderError, Traced, Watch};
 use crate::frames::Encoder;
@@ -17,6 +18,8 @@ pub struct Execution<'a> {
     pub options: &'a Options,
     pub run: RunContext,
     pub slots: Slots,
+    /// Frames whose layers are in memory.
+    pub hands: Slots,
     pub traced: Traced,
     pub watch: Watch<'a>,
     pub written: AtomicU64,
@@ -54,12 +57,42 @@ impl Execution<'_> {
         threads: Option<usize>,
     ) -> Result<Vec<Layer>, RenderError> {
         let _slot = self.slots.take();
-        let run = RunContext {
+        Ok(self.stage.adapter.render(request, &self.run_of(threads))?)
+    }
+
+    /// The same, to be read when it is needed: as finished pictures, where those
+    /// are enough (`encoded`) and the renderer has them.
+    pub fn call_to_read<'r>(
+        &'r self,
+        request: &'r LayerRequest<'_>,
+        encoded: bool,
+    ) -> Result<Left<'r>, RenderError> {
+        let _slot = self.slots.take();
+        let (adapter, run) = (&self.stage.adapter, self.run_of(self.threads));
+        if encoded {
+            let pictures = adapter.pictures(request, self.options.format, &run)?;
+            if let Some(pictures) = pictures {
+                return Ok(Left::Pictures(pictures));
+            }
+        }
+        Ok(Left::Layers(adapter.render_to_read(request, &run)?))
+    }
+
+    fn run_of(&self, threads: Option<usize>) -> RunContext {
+        RunContext {
             threads,
             ..self.run.clone()
-        };
-        Ok(self.stage.adapter.render(request, &run)?)
+        }
     }
+}
+
+/// How many frames are put together at once, for pictures of so many pixels: a
+/// large one is 30 bytes a pixel in hand, and more than two at once are of use
+/// only where they are small and many.
+pub fn frames_in_hand(pixels: usize) -> usize {
+    const HELD_PIXELS: usize = 1 << 20;
+    const MOST: usize = 64;
+    (HELD_PIXELS / pixels.max(1)).clamp(2, MOST)
 }
 
 /// The only layer of a call.

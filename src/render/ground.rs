@@ -1,20 +1,20 @@
 //! What the frames of a period begin with, and how a frame is put together.
 
-use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, OnceLock};
 
-use decor_api::{Camera, Instance, Layer, Window};
+use decor_api::{AdapterError, Camera, Instance, Layer, Window};
 
 use super::RenderError;
-use super::chunk::{Layers, Pass};
+use super::called::{Calls, Drawn};
+use super::chunk::Pass;
 use super::execution::Execution;
 use super::influenced::{Blocks, Samples};
 use super::joint::{Joint, decor_objects};
 use super::shading::Lighting;
 use crate::dissolve::{Backdrop, Dissolve};
-use crate::frames::{Ground, WriteError, name, write_safely};
-use crate::merge::{Patch, merge, merge_colour};
+use crate::frames::{Canvas, Encoder, Ground, WriteError, name, write_safely};
+use crate::merge::{Patch, merge_onto};
 use crate::plan::{BlockSet, Period};
 use crate::shadow::Shade;
 
@@ -156,86 +156,109 @@ impl Execution<'_> {
         }
     }
 
-    /// What a frame changes of its ground, in the order in which it is laid.
-    pub fn patches(
+    /// Puts a frame together, and writes it.
+    pub fn frame(
         &self,
         ground: &PeriodGround,
         number: u32,
-        layers: &mut Layers,
+        calls: &mut Calls<'_>,
         blocks: &Blocks,
         shade: Option<&Shade>,
-    ) -> Vec<Patch> {
-        let mut patches = Vec::new();
-        let mut take = |pass| {
-            layers
-                .remove(&(pass, number))
-                .unwrap_or_default()
-                .into_iter()
-        };
-        if let Some(layer) = take(Pass::Whole).next() {
-            let depth = take(Pass::WholeDepth).next().and_then(|l| l.depth);
-            patches.push(Patch {
-                window: layer.window,
-                colour: layer.colour.unwrap_or_default(),
-                depth,
-            });
+    ) -> Result<(), RenderError> {
+        let path = self.options.out.join(name(number, self.options.format));
+        let encoder = self.encoder();
+        let shaded = shade.is_some_and(|shade| !shade.pixels().is_empty());
+        if calls.has(number) || shaded || ground.dissolve_at(number).is_some() {
+            let mut canvas = self.begun(&encoder, ground, number, calls)?;
+            self.draw(&mut canvas, ground, number, calls, blocks, shade)?;
+            write_safely(&path, &encoder.finish(canvas, &path)?)?;
+        } else {
+            let file = || encoder.file(&ground.ground, None, &[], &path);
+            write_safely(&path, unchanged(ground, file)?)?;
         }
-        let sky = take(Pass::Sky).next();
+        self.written.fetch_add(1, Ordering::Relaxed);
+        (self.watch)(number, &path);
+        Ok(())
+    }
+
+    /// What a frame begins with: itself where it was rendered whole, else its
+    /// ground.
+    fn begun<'a>(
+        &self,
+        encoder: &'a Encoder<'a>,
+        ground: &'a PeriodGround,
+        number: u32,
+        calls: &mut Calls<'_>,
+    ) -> Result<Canvas<'a>, RenderError> {
+        let canvas = || encoder.canvas(&ground.ground, ground.dissolve_at(number));
+        Ok(match calls.read(Pass::Whole, number)? {
+            None => canvas(),
+            Some(Drawn::Layer(layer)) => {
+                let depth = calls.layer(Pass::WholeDepth, number)?;
+                let mut canvas = canvas();
+                canvas.lay_layer(&layer, depth.as_ref(), layer.window);
+                canvas
+            }
+            Some(Drawn::Picture(picture)) => encoder
+                .canvas_of(&ground.ground, picture)
+                .ok_or_else(|| AdapterError::BadOutput {
+                    program: self.stage.adapter.name().into(),
+                    file: format!("frame {number}").into(),
+                    reason: "it has another size".into(),
+                })?,
+        })
+    }
+
+    /// What a frame changes of its ground, in the passes' order. A layer is read,
+    /// laid and forgotten.
+    fn draw(
+        &self,
+        canvas: &mut Canvas<'_>,
+        ground: &PeriodGround,
+        number: u32,
+        calls: &mut Calls<'_>,
+        blocks: &Blocks,
+        shade: Option<&Shade>,
+    ) -> Result<(), RenderError> {
+        let sky = calls.layer(Pass::Sky, number)?;
         if let Some(backdrop) = ground.backdrop(number, sky.as_ref(), shade) {
             if sky.is_some() {
-                patches.push(part_of(backdrop, backdrop.decor.window));
+                lay_part(canvas, backdrop, backdrop.decor.window);
             } else if let Some(shade) = shade {
-                patches.extend(shaded_rows(shade, backdrop));
+                for window in shaded_rows(shade, backdrop.decor.window.width) {
+                    lay_part(canvas, backdrop, window);
+                }
             }
             let antialiased = self.stage.antialias().is_some() && self.has_coverage(number);
-            let depths: HashMap<Window, Layer> = take(Pass::FastDepth)
-                .map(|layer| (layer.window, layer))
-                .collect();
-            for fast in take(Pass::Fast) {
-                if let Some(depth) = depths.get(&fast.window) {
-                    let merge = if self.with_depth() {
-                        merge
-                    } else {
-                        merge_colour
-                    };
-                    patches.push(merge(backdrop, &fast, depth, antialiased));
+            for region in calls.regions(Pass::Fast, number) {
+                let colour = calls.layer_in(Pass::Fast, number, &region)?;
+                let depth = calls.layer_in(Pass::FastDepth, number, &region)?;
+                if let (Some(colour), Some(depth)) = (colour, depth) {
+                    let with_depth = self.with_depth();
+                    merge_onto(backdrop, &colour, &depth, antialiased, with_depth, |run| {
+                        canvas.lay_row(run.x, run.y, run.colour, run.depth);
+                    });
                 }
             }
         }
-        let layers: Vec<Layer> = take(Pass::Blocks).collect();
-        for window in blocks.get(&number).into_iter().flat_map(BlockSet::windows) {
-            let holds = |layer: &&Layer| layer.window.intersection(window) == window;
-            if let Some(layer) = layers.iter().find(holds) {
-                patches.push(block_of(layer, window));
+        for region in calls.regions(Pass::Blocks, number) {
+            let Some(drawn) = calls.read_in(Pass::Blocks, number, &region)? else {
+                continue;
+            };
+            let windows = blocks.get(&number).into_iter().flat_map(BlockSet::windows);
+            for window in windows.filter(|w| drawn.window().intersection(*w) == *w) {
+                match &drawn {
+                    Drawn::Layer(layer) => canvas.lay_layer(layer, None, window),
+                    Drawn::Picture(picture) => canvas.lay_picture(picture, window),
+                }
             }
         }
-        patches
+        Ok(())
     }
 
     fn has_coverage(&self, number: u32) -> bool {
         let state = self.stage.film.frame(number);
         self.stage.adapter.abilities().coverage && !self.stage.surroundings(&state).sky_on_objects
-    }
-
-    /// Writes a frame.
-    pub fn write(
-        &self,
-        ground: &PeriodGround,
-        number: u32,
-        patches: &[Patch],
-    ) -> Result<(), RenderError> {
-        let path = self.options.out.join(name(number, self.options.format));
-        let encoder = self.encoder();
-        let dissolve = ground.dissolve_at(number);
-        let file = || encoder.file(&ground.ground, dissolve, patches, &path);
-        if patches.is_empty() && dissolve.is_none() {
-            write_safely(&path, unchanged(ground, file)?)?;
-        } else {
-            write_safely(&path, &file()?)?;
-        }
-        self.written.fetch_add(1, Ordering::Relaxed);
-        (self.watch)(number, &path);
-        Ok(())
     }
 }
 
@@ -266,26 +289,20 @@ pub fn block_of(layer: &Layer, window: Window) -> Patch {
     }
 }
 
-/// A window of the backdrop as a patch.
-fn part_of(backdrop: Backdrop<'_>, window: Window) -> Patch {
-    let mut colour = vec![[0.0; 4]; window.pixels()];
-    let mut depth = vec![f64::INFINITY; window.pixels()];
-    let width = window.width.max(1) as usize;
-    let rows = colour.chunks_mut(width).zip(depth.chunks_mut(width));
-    for (y, (colour, depth)) in (window.y..).zip(rows) {
-        backdrop.row(window.x, y, colour, depth);
-    }
-    Patch {
-        window,
-        colour,
-        depth: Some(depth),
+/// Lays a window of the backdrop onto a frame.
+fn lay_part(canvas: &mut Canvas<'_>, backdrop: Backdrop<'_>, window: Window) {
+    let width = window.width as usize;
+    let mut colour = vec![[0.0; 4]; width];
+    let mut depth = vec![f64::INFINITY; width];
+    for y in window.y..window.bottom() {
+        backdrop.row(window.x, y, &mut colour, &mut depth);
+        canvas.lay_row(window.x, y, &colour, &depth);
     }
 }
 
-/// The backdrop where it is shaded: in each row from the first such pixel to the
+/// Where the backdrop is shaded: in each row from the first such pixel to the
 /// last.
-fn shaded_rows(shade: &Shade, backdrop: Backdrop<'_>) -> Vec<Patch> {
-    let width = backdrop.decor.window.width;
+fn shaded_rows(shade: &Shade, width: u32) -> impl Iterator<Item = Window> {
     let mut spans: Vec<(u32, u32, u32)> = Vec::new();
     for (index, _) in shade.pixels() {
         let (x, y) = (index % width, index / width);
@@ -294,14 +311,10 @@ fn shaded_rows(shade: &Shade, backdrop: Backdrop<'_>) -> Vec<Patch> {
             _ => spans.push((y, x, x)),
         }
     }
-    let patch = |(y, first, last): (u32, u32, u32)| {
-        let window = Window {
-            x: first,
-            y,
-            width: last - first + 1,
-            height: 1,
-        };
-        part_of(backdrop, window)
-    };
-    spans.into_iter().map(patch).collect()
+    spans.into_iter().map(|(y, first, last)| Window {
+        x: first,
+        y,
+        width: last - first + 1,
+        height: 1,
+    })
 }

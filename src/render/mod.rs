@@ -4,8 +4,10 @@
 //! next is rendered, and what that of the last has turned into; then the frames,
 //! in chunks, each a few calls of the renderer. As many calls run at once as the
 //! adapter says; a frame is merged and written as soon as its layers and its
-//! décor are there, and then forgotten.
+//! décor are there, and then forgotten. Until then its layers are the renderer's
+//! files: a few frames are in memory at once, whatever the film's length.
 
+mod called;
 mod chunk;
 mod execution;
 mod ground;
@@ -167,6 +169,7 @@ pub fn render(
         options,
         run,
         slots: slots::Slots::new(jobs),
+        hands: slots::Slots::new(execution::frames_in_hand(stage.size().pixels())),
         traced: Traced::default(),
         watch,
         written: AtomicU64::new(0),

@@ -97,6 +97,7 @@ impl Stream {
             options,
             run: self.context(&work),
             slots: Slots::new(options.jobs.unwrap_or_else(|| jobs(stage))),
+            hands: Slots::new(1),
             traced: Traced::default(),
             watch: &|_, _| {},
             written: AtomicU64::new(0),

@@ -11,6 +11,7 @@ use crate::bounds::Bounds;
 use crate::extent::Extent;
 use crate::layer::{Layer, Size, Window};
 use crate::prototype::{Fragment, Optics, PrototypeTable};
+use crate::rendered::{Picture, Rendered};
 use crate::scene::{Antialias, NativeFile, PictureFormat, Scene};
 
 /// What one pass is to give.
@@ -378,6 +379,38 @@ pub trait Adapter: Send + Sync {
         request: &LayerRequest<'_>,
         run: &RunContext,
     ) -> Result<Vec<Layer>, AdapterError>;
+
+    /// The same, to be read one after the other: an adapter whose layers are
+    /// files leaves them there until they are asked for. One that has no such
+    /// method holds all of them.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    fn render_to_read<'a>(
+        &'a self,
+        request: &'a LayerRequest<'_>,
+        run: &RunContext,
+    ) -> Result<Rendered<'a, Layer>, AdapterError> {
+        Ok(Rendered::here(self.render(request, run)?))
+    }
+
+    /// Renders a request for colour over the background into finished pictures,
+    /// encoded by the renderer for frames of this `format`: what
+    /// [`encode`](Self::encode) makes of the layers, bit for bit, with less to
+    /// be written, read and held. `None` where it has no such way: an adapter
+    /// without this method has none.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    fn pictures<'a>(
+        &'a self,
+        request: &'a LayerRequest<'_>,
+        format: PictureFormat,
+        run: &RunContext,
+    ) -> Result<Option<Rendered<'a, Picture>>, AdapterError> {
+        let _ = (request, format, run);
+        Ok(None)
+    }
 
     /// How much of a light arrives at points of surfaces: for each shot, and for
     /// each of its points, the fraction of each channel of the light that the

@@ -37,6 +37,7 @@ pub mod material;
 pub mod mesh;
 pub mod process;
 pub mod prototype;
+pub mod rendered;
 pub mod scene;
 
 pub use abilities::{Abilities, DepthKind};
@@ -54,6 +55,7 @@ pub use layer::{Layer, Size, Window};
 pub use material::{Highlight, Material};
 pub use mesh::TriangleMesh;
 pub use prototype::{Fragment, Geometry, Optics, Prototype, PrototypeId, PrototypeTable};
+pub use rendered::{Picture, Rendered};
 pub use scene::{
     Antialias, Fade, Instance, Light, LightKind, NativeFile, PictureFormat, Pose, Rgb, Scene,
     area_samples,

@@ -200,7 +200,7 @@ impl<'r> Arrival<'r> {
         let (file, mut pixels) = match source {
             LayerSource::StateFile => {
                 let (file, bytes) = take_state(folder, NAME, &suffix)?;
-                let pixels = state::pixels(&bytes, window, Wanted::All)
+                let pixels = state::pixels(bytes, window, Wanted::All)
                     .map_err(|error| bad(&file, error.to_string()))?;
                 (file, pixels)
             }

@@ -1,12 +1,14 @@
 //! One call of POV-Ray: a folder of its own, the scene's files in it, the
 //! switches, and the frames' pixels out of it.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use decor_api::process::ProcessCall;
 use decor_api::{
-    AdapterError, Layer, LayerRequest, NativeFile, Output, Region, RunContext, SceneText, Size,
-    Window,
+    AdapterError, Layer, LayerRequest, NativeFile, Output, Picture, Region,
+    Rendered, RunContext, SceneText, Size, Window,
 };
 
 use crate::depth::{DepthCode, Precision};
@@ -146,6 +148,7 @@ pub fn fixed_switches() -> Vec<String> {
 }
 
 /// One render of a request.
+#[derive(Clone, Copy)]
 pub struct LayerCall<'a> {
     /// The program.
     pub program: &'a Path,
@@ -157,9 +160,48 @@ pub struct LayerCall<'a> {
     pub source: LayerSource,
 }
 
-impl LayerCall<'_> {
+/// What a call is to leave.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Leaves {
+    /// Linear pixels.
+    Layers,
+    /// POV-Ray's own encoding, in so many bits a channel.
+    Pictures(u8),
+}
+
+impl<'a> LayerCall<'a> {
     /// Runs the call; one layer a shot.
-    pub fn run(&self, text: &SceneText, run: &RunContext) -> Result<Vec<Layer>, AdapterError> {
+    pub fn run(
+        self,
+        text: &SceneText,
+        run: &RunContext,
+    ) -> Result<Rendered<'a, Layer>, AdapterError> {
+        let folder = self.called(text, Leaves::Layers, run)?;
+        let shots = self.request.shots.len();
+        Ok(Rendered::new(shots, move |k| self.read(&folder, k)))
+    }
+
+    /// Runs the call; one picture a shot, for frames of 8 or of 16 bits.
+    pub fn run_encoded(
+        self,
+        text: &SceneText,
+        bits: u8,
+        run: &RunContext,
+    ) -> Result<Rendered<'a, Picture>, AdapterError> {
+        let folder = self.called(text, Leaves::Pictures(bits), run)?;
+        let shots = self.request.shots.len();
+        Ok(Rendered::new(shots, move |k| {
+            self.picture(&folder, bits, k)
+        }))
+    }
+
+    /// Runs the call, and gives its folder.
+    fn called(
+        &self,
+        text: &SceneText,
+        leaves: Leaves,
+        run: &RunContext,
+    ) -> Result<Folder, AdapterError> {
         let request = self.request;
         let framing = Framing::of(request);
         let numbering = Numbering::of(request);
@@ -177,9 +219,20 @@ impl LayerCall<'_> {
         if let Some(threads) = run.threads {
             args.push(format!("+WT{threads}"));
         }
-        args.extend(self.output_switches());
-        if self.source == LayerSource::StateFile {
-            self.prepare_states(&folder, framing, numbering)?;
+        let masked = request
+            .shots
+            .iter()
+            .any(|shot| matches!(shot.region, Region::Blocks(_)));
+        let stated = match leaves {
+            Leaves::Layers => self.source == LayerSource::StateFile,
+            Leaves::Pictures(_) => masked,
+        };
+        args.extend(match leaves {
+            Leaves::Layers => self.output_switches(),
+            Leaves::Pictures(bits) => encoded_switches(bits, masked),
+        });
+        if stated {
+            self.prepare_states(&folder, framing, numbering, leaves)?;
         }
 
         let call = ProcessCall {
@@ -191,13 +244,10 @@ impl LayerCall<'_> {
         };
         run.tally.add_call(request.shots.len());
         call.run_well(run)?;
-        let layers = (0..request.shots.len())
-            .map(|k| self.read(&folder, framing, numbering, k))
-            .collect();
         if run.keep {
             remove_pictures(folder.path());
         }
-        layers
+        Ok(folder)
     }
 
     fn output_switches(&self) -> Vec<String> {
@@ -281,41 +331,64 @@ impl LayerCall<'_> {
         folder: &Folder,
         framing: Framing,
         numbering: Numbering,
+        leaves: Leaves,
     ) -> Result<(), AdapterError> {
         for (k, shot) in self.request.shots.iter().enumerate() {
             let bytes = match self.mask(framing, &shot.region) {
                 None => state::empty(),
                 Some((ids, size)) => state::masked(size, &ids),
             };
-            keep_state(folder, "layer", &numbering.suffix(k), &bytes)?;
+            let suffix = numbering.suffix(k);
+            match leaves {
+                Leaves::Layers => keep_state(folder, "layer", &suffix, &bytes)?,
+                Leaves::Pictures(_) => mask_state(folder, "layer", &suffix, &bytes)?,
+            }
         }
         Ok(())
     }
 
-    fn read(
-        &self,
-        folder: &Folder,
-        framing: Framing,
-        numbering: Numbering,
-        k: usize,
-    ) -> Result<Layer, AdapterError> {
+    /// Where the pixels of a shot are in what POV-Ray rendered.
+    fn rendered_window(&self, window: Window) -> Window {
+        if self.is_crop() {
+            in_crop(window)
+        } else {
+            window
+        }
+    }
+
+    /// Reads the picture of a shot, and removes it.
+    fn picture(&self, folder: &Folder, bits: u8, k: usize) -> Result<Picture, AdapterError> {
+        let window = self.window(&self.request.shots[k].region);
+        let suffix = Numbering::of(self.request).suffix(k);
+        let path = folder.file(&format!("layer{suffix}.ppm"));
+        let rendered = self.rendered_window(window);
+        let read = || picture::encoded(BufReader::new(File::open(&path)?), rendered, bits);
+        let bytes = read().map_err(|error| bad(&path, &error))?;
+        let _ = std::fs::remove_file(&path);
+        Ok(Picture { window, bytes })
+    }
+
+    fn read(&self, folder: &Folder, k: usize) -> Result<Layer, AdapterError> {
         let region = &self.request.shots[k].region;
         let window = self.window(region);
-        let rendered = if framing == Framing::Full {
-            window
-        } else {
-            in_crop(window)
-        };
-        let suffix = numbering.suffix(k);
+        let rendered = self.rendered_window(window);
+        let suffix = Numbering::of(self.request).suffix(k);
         let colour = match self.source {
             LayerSource::StateFile => {
-                let (path, bytes) = take_state(folder, "layer", &suffix)?;
-                let mask = self.mask(framing, region);
+                let (path, file) = take_state(folder, "layer", &suffix)?;
+                let mask = self.mask(Framing::of(self.request), region);
                 let wanted = match &mask {
                     None => Wanted::All,
                     Some((ids, size)) => Wanted::Blocks(ids, *size),
                 };
-                state::pixels(&bytes, rendered, wanted).map_err(|error| bad(&path, &error))?
+                let bad = |error| bad(&path, &error);
+                if let Some(code) = self.code {
+                    let nothing = f64::INFINITY;
+                    let decode = |pixel| code.decode(pixel);
+                    let depth = state::pixels_as(file, rendered, wanted, nothing, decode);
+                    return Ok(self.depth(window, depth.map_err(bad)?, code));
+                }
+                state::pixels(file, rendered, wanted).map_err(bad)?
             }
             LayerSource::Pictures => {
                 let alpha = matches!(self.request.output, Output::ColourAlone { with_sky: false });
@@ -331,12 +404,10 @@ impl LayerCall<'_> {
             }
         };
         Ok(match self.code {
-            Some(code) => Layer {
-                window,
-                depth: Some(colour.iter().map(|&pixel| code.decode(pixel)).collect()),
-                colour: None,
-                depth_quantum: code.quantum(self.source.precision()),
-            },
+            Some(code) => {
+                let depth = colour.iter().map(|&pixel| code.decode(pixel)).collect();
+                self.depth(window, depth, code)
+            }
             None => Layer {
                 window,
                 colour: Some(colour),
@@ -345,6 +416,35 @@ impl LayerCall<'_> {
             },
         })
     }
+
+    fn depth(&self, window: Window, depth: Vec<f64>, code: DepthCode) -> Layer {
+        Layer {
+            window,
+            depth: Some(depth),
+            colour: None,
+            depth_quantum: code.quantum(self.source.precision()),
+        }
+    }
+}
+
+/// The switches for frames in POV-Ray's own encoding.
+fn encoded_switches(bits: u8, masked: bool) -> Vec<String> {
+    let mut args = vec![
+        format!("+FP{bits}"),
+        "+Olayer.ppm".into(),
+        "-UA".into(),
+        "File_Gamma=srgb".into(),
+    ];
+    args.extend(masked.then(|| "+C".into()));
+    args
+}
+
+/// Writes a state file that only says what need not be rendered: POV-Ray takes
+/// it over and deletes it.
+fn mask_state(folder: &Folder, name: &str, suffix: &str, bytes: &[u8]) -> Result<(), AdapterError> {
+    let path = folder.file(&format!("{name}{suffix}.pov-state"));
+    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.ppm")));
+    std::fs::write(&path, bytes).map_err(AdapterError::io(&path))
 }
 
 /// Writes the state file of the frame that POV-Ray names `name` and `suffix`.
@@ -365,27 +465,33 @@ pub fn keep_state(
     std::fs::hard_link(&path, &kept).map_err(AdapterError::io(&kept))
 }
 
-/// Reads what became of a state file, and removes it and its picture: frames
-/// are many, and their pixels do not wait for the last one.
+/// Opens what became of a state file, and removes it and its picture: frames
+/// are many, and what was read of them is not kept.
 pub fn take_state(
     folder: &Folder,
     name: &str,
     suffix: &str,
-) -> Result<(PathBuf, Vec<u8>), AdapterError> {
+) -> Result<(PathBuf, BufReader<File>), AdapterError> {
+    /// Some blocks' records.
+    const BUFFER: usize = 1 << 16;
     let path = folder.file(&format!("{name}{suffix}.kept"));
-    let bytes = read_file(&path)?;
+    let file = File::open(&path).map_err(|error| unreadable(&path, &error))?;
     let _ = std::fs::remove_file(&path);
     let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.ppm")));
-    Ok((path, bytes))
+    Ok((path, BufReader::with_capacity(BUFFER, file)))
 }
 
 /// Reads what POV-Ray wrote.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, AdapterError> {
-    std::fs::read(path).map_err(|error| AdapterError::BadOutput {
+    std::fs::read(path).map_err(|error| unreadable(path, &error))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> AdapterError {
+    AdapterError::BadOutput {
         program: "povray".into(),
         file: path.to_owned(),
         reason: format!("it cannot be read: {error}"),
-    })
+    }
 }
 
 fn bad(path: &Path, error: &dyn std::error::Error) -> AdapterError {

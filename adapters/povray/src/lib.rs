@@ -44,8 +44,8 @@ use std::path::{Path, PathBuf};
 use decor_api::process::{ProcessCall, find_program, version};
 use decor_api::{
     Abilities, Adapter, AdapterError, ArrivalRequest, Baseline, DepthKind, Fragment, Geometry,
-    Health, Layer, LayerRequest, NativeFile, PictureFormat, PrototypeTable, RunContext, Said,
-    SceneText, Surroundings,
+    Health, Layer, LayerRequest, LayerShot, NativeFile, Output, Picture, PictureFormat,
+    PrototypeTable, Region, Rendered, RunContext, Said, SceneText, Surroundings,
 };
 
 use crate::arrival::Arrival;
@@ -162,6 +162,28 @@ impl PovRay {
         }
     }
 
+    /// The call for a request, and its text.
+    fn layer_call<'a>(
+        &'a self,
+        request: &'a LayerRequest<'_>,
+    ) -> Result<(LayerCall<'a>, SceneText), AdapterError> {
+        let writer = self.request_writer(request)?;
+        let text = writer.layers(request);
+        // Radiosity and the like put more into a state file than a picture.
+        let source = if writer.light_group {
+            self.source
+        } else {
+            LayerSource::Pictures
+        };
+        let call = LayerCall {
+            program: &self.program,
+            request,
+            code: writer.depth_code(request),
+            source,
+        };
+        Ok((call, text))
+    }
+
     fn request_writer(&self, request: &LayerRequest<'_>) -> Result<Writer<'_>, AdapterError> {
         self.refuse_foreign(all_fragments(request.prototypes))?;
         let scene = request.shots.first().map(|shot| &shot.scene);
@@ -243,24 +265,41 @@ impl Adapter for PovRay {
         request: &LayerRequest<'_>,
         run: &RunContext,
     ) -> Result<Vec<Layer>, AdapterError> {
+        self.render_to_read(request, run)?.all()
+    }
+
+    fn render_to_read<'a>(
+        &'a self,
+        request: &'a LayerRequest<'_>,
+        run: &RunContext,
+    ) -> Result<Rendered<'a, Layer>, AdapterError> {
         if request.shots.is_empty() {
-            return Ok(Vec::new());
+            return Ok(Rendered::here(Vec::new()));
         }
-        let writer = self.request_writer(request)?;
-        let text = writer.layers(request);
-        // Radiosity and the like put more into a state file than a picture.
-        let source = if writer.light_group {
-            self.source
-        } else {
-            LayerSource::Pictures
-        };
-        let call = LayerCall {
-            program: &self.program,
-            request,
-            code: writer.depth_code(request),
-            source,
-        };
+        let (call, text) = self.layer_call(request)?;
         patiently(|| call.run(&text, run))
+    }
+
+    fn pictures<'a>(
+        &'a self,
+        request: &'a LayerRequest<'_>,
+        format: PictureFormat,
+        run: &RunContext,
+    ) -> Result<Option<Rendered<'a, Picture>>, AdapterError> {
+        let bits = match format {
+            PictureFormat::Png => 8,
+            PictureFormat::Png16 => 16,
+            PictureFormat::Exr => return Ok(None),
+        };
+        if request.shots.is_empty() || request.output != Output::ColourOverBackground {
+            return Ok(None);
+        }
+        let (call, text) = self.layer_call(request)?;
+        let masked = |shot: &LayerShot| matches!(shot.region, Region::Blocks(_));
+        if call.source == LayerSource::Pictures && request.shots.iter().any(masked) {
+            return Ok(None);
+        }
+        patiently(|| call.run_encoded(&text, bits, run)).map(Some)
     }
 
     fn arriving_light(

@@ -1,6 +1,7 @@
 //! POV-Ray's 16-bit pictures as layers: binary PPM, and PNG where coverage is
 //! wanted. The way that every version has.
 
+use std::io::{BufRead, Read};
 use std::sync::LazyLock;
 
 use decor_api::Window;
@@ -32,6 +33,9 @@ pub enum PictureError {
         /// What was wanted of it.
         window: Window,
     },
+    /// It cannot be read.
+    #[error("it cannot be read")]
+    Unreadable(#[from] std::io::Error),
     /// The PNG is damaged.
     #[error("it is a damaged PNG")]
     Png(#[from] png::DecodingError),
@@ -75,6 +79,51 @@ fn ppm(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, Pic
         }));
     }
     Ok(out)
+}
+
+/// The numbers of a binary PPM's `window` as they are: red, green and blue of
+/// each pixel, of 8 or of 16 bits. Only the window is kept.
+///
+/// # Errors
+/// As [`pixels`].
+pub fn encoded(mut file: impl BufRead, window: Window, bits: u8) -> Result<Vec<u8>, PictureError> {
+    /// POV-Ray's own is shorter; a comment may stand in it.
+    const HEADER: usize = 1 << 10;
+    let mut header = Vec::new();
+    // Three lines that are no comments: P6, the size, the largest value.
+    let mut lines = 0;
+    while lines < 3 && header.len() < HEADER {
+        let before = header.len();
+        let read = file.by_ref().take((HEADER - before) as u64);
+        if { read }.read_until(b'\n', &mut header)? == 0 {
+            break;
+        }
+        lines += usize::from(header[before] != b'#');
+    }
+    let (numbers, _) = ppm_header(&header).ok_or(PictureError::Format)?;
+    let [width, height, max] = numbers;
+    if !header.starts_with(b"P6") || max != (1 << bits) - 1 {
+        return Err(PictureError::Format);
+    }
+    let short = || PictureError::Short {
+        width,
+        height,
+        window,
+    };
+    if window.right() > width || window.bottom() > height {
+        return Err(short());
+    }
+    let pixel = 3 * usize::from(bits / 8);
+    let mut row = vec![0; pixel * width as usize];
+    let mut bytes = Vec::with_capacity(pixel * window.pixels());
+    let (from, length) = (pixel * window.x as usize, pixel * window.width as usize);
+    for y in 0..window.bottom() {
+        file.read_exact(&mut row).map_err(|_| short())?;
+        if y >= window.y {
+            bytes.extend_from_slice(&row[from..from + length]);
+        }
+    }
+    Ok(bytes)
 }
 
 /// Width, height and largest value, and what follows.
@@ -179,6 +228,38 @@ mod tests {
     }
 
     #[test]
+    fn a_window_of_an_encoded_picture_is_its_own_bytes() {
+        let mut file = b"P6\n# by POV-Ray\n3 2\n255\n".to_vec();
+        file.extend(0..18);
+        let window = Window {
+            x: 1,
+            y: 1,
+            width: 2,
+            height: 1,
+        };
+        let bytes = encoded(&file[..], window, 8).unwrap();
+        assert_eq!(bytes, [12, 13, 14, 15, 16, 17]);
+        assert!(matches!(
+            encoded(&file[..], window, 16),
+            Err(PictureError::Format)
+        ));
+        file.pop();
+        assert!(matches!(
+            encoded(&file[..], window, 8),
+            Err(PictureError::Short { .. })
+        ));
+        let mut wide = b"P6\n1 1\n65535\n".to_vec();
+        wide.extend([1, 2, 3, 4, 5, 6]);
+        let window = Window {
+            x: 0,
+            y: 0,
+            width: 1,
+            height: 1,
+        };
+        assert_eq!(encoded(&wide[..], window, 16).unwrap(), wide[wide.len() - 6..]);
+    }
+
+    #[test]
     fn a_short_picture_is_noticed() {
         let file = b"P6\n2 2\n65535\n0123456789";
         let window = Window {
@@ -201,6 +282,7 @@ mod tests {
             ppm.extend(&bytes);
             let _ = pixels(&ppm, window, Coding::Srgb);
             let _ = pixels(&bytes, window, Coding::Srgb);
+            let _ = encoded(&ppm[..], window, 8);
         }
     }
 }

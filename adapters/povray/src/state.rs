@@ -12,6 +12,8 @@
 //! `Bott` (its rectangle, inclusive), `PBlo` (five numbers a pixel: red, green,
 //! blue, filter, transmit; linear, premultiplied).
 
+use std::io::Read;
+
 use decor_api::{Size, Window};
 
 /// The side of a block, in pixels.
@@ -35,6 +37,9 @@ pub enum StateError {
     /// It ends, or goes astray, inside a record.
     #[error("its record at byte {0} is damaged")]
     Record(usize),
+    /// It cannot be read.
+    #[error("it cannot be read: {0}")]
+    Unreadable(std::io::ErrorKind),
     /// Blocks are missing: the render did not finish.
     #[error("{missing} of {wanted} pixels are missing")]
     Incomplete {
@@ -149,17 +154,11 @@ pub fn with_records<'a>(records: impl IntoIterator<Item = &'a [u8]>) -> Vec<u8> 
 /// Where the file is not of this format. A record that is cut off at the end is
 /// left out, as POV-Ray does.
 pub fn blocks(file: &[u8]) -> Result<Vec<Block<'_>>, StateError> {
-    let header = file.get(..HEADER_BYTES).ok_or(StateError::Header)?;
-    if !header.starts_with(SIGNATURE) || &header[SIGNATURE.len()..][..4] != VERSION {
-        return Err(StateError::Header);
-    }
+    is_known(file)?;
     let mut found = Vec::new();
     let mut at = HEADER_BYTES;
     while let Some(head) = file.get(at..at + RECORD_HEADER_BYTES) {
-        if !head.starts_with(RECORD_SIGNATURE) || be_u32(head, 8) != Some(RECORD_VERSION) {
-            return Err(StateError::Record(at));
-        }
-        let size = be_u32(head, 12).ok_or(StateError::Record(at))? as usize;
+        let size = record_size(head, at)?;
         let body = at + RECORD_HEADER_BYTES;
         let Some(record) = body.checked_add(size).and_then(|end| file.get(body..end)) else {
             break;
@@ -171,6 +170,24 @@ pub fn blocks(file: &[u8]) -> Result<Vec<Block<'_>>, StateError> {
         at = body + size;
     }
     Ok(found)
+}
+
+/// Does a file begin as one of 3.7?
+fn is_known(file: &[u8]) -> Result<(), StateError> {
+    let header = file.get(..HEADER_BYTES).ok_or(StateError::Header)?;
+    if header.starts_with(SIGNATURE) && &header[SIGNATURE.len()..][..4] == VERSION {
+        Ok(())
+    } else {
+        Err(StateError::Header)
+    }
+}
+
+/// How many bytes follow the head of the record at byte `at`.
+fn record_size(head: &[u8], at: usize) -> Result<usize, StateError> {
+    if !head.starts_with(RECORD_SIGNATURE) || be_u32(head, 8) != Some(RECORD_VERSION) {
+        return Err(StateError::Record(at));
+    }
+    Ok(be_u32(head, 12).ok_or(StateError::Record(at))? as usize)
 }
 
 /// The block in a record, if it is about one. `None`: the record is damaged.
@@ -254,13 +271,40 @@ pub fn block_window(size: Size, id: u32) -> Window {
 /// # Errors
 /// Where the file is damaged, or a wanted pixel is missing.
 pub fn pixels(
-    file: &[u8],
+    file: impl Read,
     window: Window,
     wanted: Wanted<'_>,
 ) -> Result<Vec<[f32; 4]>, StateError> {
-    let mut picture = vec![[0.0; 4]; window.pixels()];
+    pixels_as(file, window, wanted, [0.0; 4], |pixel| pixel)
+}
+
+/// What `of` makes of the pixels of `window`: red, green, blue and coverage. The
+/// file is read block by block: five numbers a pixel are more than what is kept.
+///
+/// # Errors
+/// As [`pixels`].
+pub fn pixels_as<T: Clone>(
+    mut file: impl Read,
+    window: Window,
+    wanted: Wanted<'_>,
+    empty: T,
+    of: impl Fn([f32; 4]) -> T,
+) -> Result<Vec<T>, StateError> {
+    let mut picture = vec![empty; window.pixels()];
     let mut covered = 0_usize;
-    for block in blocks(file)? {
+    let mut bytes = Vec::new();
+    read_part(&mut file, HEADER_BYTES, &mut bytes)?;
+    is_known(&bytes)?;
+    let mut at = HEADER_BYTES;
+    // A record that is cut off at the end is left out, as POV-Ray does.
+    while read_part(&mut file, RECORD_HEADER_BYTES, &mut bytes)? {
+        let size = record_size(&bytes, at)?;
+        if !read_part(&mut file, size, &mut bytes)? {
+            break;
+        }
+        let found = block(&bytes).ok_or(StateError::Record(at))?;
+        at += RECORD_HEADER_BYTES + size;
+        let Some(block) = found else { continue };
         let is_wanted = match wanted {
             Wanted::All => true,
             Wanted::Blocks(ids, _) => ids.binary_search(&block.id).is_ok(),
@@ -278,7 +322,7 @@ pub fn pixels(
             let source = block.pixels[4 * CHANNELS * from..].chunks_exact(4 * CHANNELS);
             let target = &mut picture[into..into + part.width as usize];
             for (target, source) in target.iter_mut().zip(source) {
-                *target = pixel(source);
+                *target = of(pixel(source));
             }
         }
     }
@@ -296,6 +340,15 @@ pub fn pixels(
         });
     }
     Ok(picture)
+}
+
+/// Reads so many bytes in place of those before; `false` where fewer are left.
+fn read_part(file: &mut impl Read, count: usize, bytes: &mut Vec<u8>) -> Result<bool, StateError> {
+    bytes.clear();
+    // A damaged size may be anything: memory is taken as bytes come.
+    let read = file.by_ref().take(count as u64).read_to_end(bytes);
+    let read = read.map_err(|error| StateError::Unreadable(error.kind()))?;
+    Ok(read == count)
 }
 
 /// POV-Ray keeps what passes through, not what is covered.
@@ -336,7 +389,7 @@ mod tests {
 
     #[test]
     fn an_unfinished_render_is_noticed() {
-        let error = pixels(&empty(), SIZE.window(), Wanted::All).unwrap_err();
+        let error = pixels(&empty()[..], SIZE.window(), Wanted::All).unwrap_err();
         assert_eq!(
             error,
             StateError::Incomplete {
@@ -346,7 +399,7 @@ mod tests {
         );
         assert!(
             pixels(
-                &masked(SIZE, &[3]),
+                &masked(SIZE, &[3])[..],
                 SIZE.window(),
                 Wanted::Blocks(&[3], SIZE)
             )
@@ -369,7 +422,8 @@ mod tests {
             let at = at % file.len();
             file[at] = byte;
             file.truncate(file.len().saturating_sub(cut));
-            let _ = pixels(&file, SIZE.window(), Wanted::All);
+            let _ = pixels(&file[..], SIZE.window(), Wanted::All);
+            let _ = blocks(&file);
         }
     }
 }
