@@ -18,7 +18,7 @@ use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterio
 use decor::dissolve::{Backdrop, Dissolve};
 use decor::film;
 use decor::frames::{Encoder, Ground};
-use decor::merge::{Patch, merge, merge_colour};
+use decor::merge::{Patch, merge, merge_onto};
 use decor::objects::Cache;
 use decor::plan::{Costs, Mode, ShadowWay, Wishes, plan};
 use decor::segmentation::Measure;
@@ -212,14 +212,17 @@ fn by_pixel(criterion: &mut Criterion<CpuTime>) {
         b.iter(|| state::pixels(black_box(&file[..]), SIZE.window(), Wanted::All));
     });
 
-    merging(&mut group, &decor);
+    merging(&mut group, &decor, &adapter);
 
     group.throughput(Throughput::Elements(per_picture));
     let target = Arc::new(target(&decor));
+    let colours = |layer: &Layer| layer.colour.clone().unwrap_or_default();
+    let (before, after) = (colours(&decor), colours(&target));
+    let differs = |i: usize| before[i] != after[i];
     group.bench_function("dissolve: begin", |b| {
-        b.iter(|| Dissolve::between(&decor, Arc::clone(&target), 25, 7));
+        b.iter(|| Dissolve::between(&decor, Arc::clone(&target), differs, 25, 7));
     });
-    let dissolve = Dissolve::between(&decor, target, 25, 7);
+    let dissolve = Dissolve::between(&decor, target, differs, 25, 7);
 
     for format in [PictureFormat::Png, PictureFormat::Png16] {
         let encoder = Encoder {
@@ -269,24 +272,49 @@ fn by_pixel(criterion: &mut Criterion<CpuTime>) {
                     dissolve,
                     ..Backdrop::plain(&decor)
                 };
-                let patch = merge_colour(backdrop, &fast, &fast, true);
-                encoder.file(&ground, dissolve, &[patch], at)
+                let mut canvas = encoder.canvas(&ground, dissolve);
+                merge_onto(backdrop, &fast, &fast, true, false, |run| {
+                    canvas.lay_row(run.x, run.y, run.colour, run.depth);
+                });
+                encoder.finish(canvas, at)
             });
         });
     }
     group.finish();
 }
 
-fn merging(group: &mut BenchmarkGroup<'_, CpuTime>, decor: &Layer) {
+/// The merge by itself, into the linear pixels of the décor's copy, and onto a
+/// frame in the numbers of its file, as `render` does it.
+fn merging(group: &mut BenchmarkGroup<'_, CpuTime>, decor: &Layer, adapter: &PovRay) {
+    let encoder = Encoder {
+        adapter,
+        format: PictureFormat::Png,
+    };
+    let ground = Ground::decor(decor, None, SIZE, &encoder);
+    let mut canvas = encoder.canvas(&ground, None);
+    let mut copy = decor.colour.clone().unwrap_or_default();
     for side in [SIDE, SIDE / 4] {
         let fast = ball(window(side));
         group.throughput(Throughput::Elements(u64::from(side).pow(2)));
         for (antialiased, name) in [(false, "merge"), (true, "merge, antialiased")] {
+            let backdrop = Backdrop::plain(decor);
             group.bench_function(format!("{name}, {side}²"), |b| {
-                b.iter(|| merge(Backdrop::plain(decor), &fast, &fast, antialiased));
+                b.iter(|| {
+                    merge_onto(backdrop, &fast, &fast, antialiased, false, |run| {
+                        let from = decor.index(run.x, run.y);
+                        copy[from..from + run.colour.len()].copy_from_slice(run.colour);
+                    });
+                });
             });
-            group.bench_function(format!("{name}, {side}², colour"), |b| {
-                b.iter(|| merge_colour(Backdrop::plain(decor), &fast, &fast, antialiased));
+            group.bench_function(format!("{name}, {side}², encoded"), |b| {
+                b.iter(|| {
+                    merge_onto(backdrop, &fast, &fast, antialiased, false, |run| {
+                        canvas.lay_row(run.x, run.y, run.colour, run.depth);
+                    });
+                });
+            });
+            group.bench_function(format!("{name}, {side}², a patch"), |b| {
+                b.iter(|| merge(backdrop, &fast, &fast, antialiased));
             });
         }
     }

@@ -46,12 +46,19 @@ pub struct Dissolve {
 
 impl Dissolve {
     /// The way from `decor` to `target` in `steps` frames. The order of the
-    /// pixels depends on `seed` alone.
+    /// pixels depends on `seed` alone. Those change that look different in the
+    /// frames' files, or are at another depth.
     ///
-    /// Both layers cover the same window, with colour and with or without depth.
-    pub fn between(decor: &Layer, target: Arc<Layer>, steps: u32, seed: u64) -> Self {
+    /// Both layers cover the same window, with or without depth.
+    pub fn between(
+        decor: &Layer,
+        target: Arc<Layer>,
+        looks_different: impl Fn(usize) -> bool + Sync,
+        steps: u32,
+        seed: u64,
+    ) -> Self {
         debug_assert_eq!(decor.window, target.window);
-        let mut changed = changed_pixels(decor, &target);
+        let mut changed = changed_pixels(decor, &target, looks_different);
         let total = changed.len() as u32;
         let mut rank = vec![STAYS; target.window.pixels()];
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -90,8 +97,11 @@ impl Dissolve {
 }
 
 /// The pixels that differ, ascending.
-fn changed_pixels(decor: &Layer, target: &Layer) -> Vec<u32> {
-    let (from_colour, to_colour) = (colours(decor), colours(target));
+fn changed_pixels(
+    decor: &Layer,
+    target: &Layer,
+    looks_different: impl Fn(usize) -> bool + Sync,
+) -> Vec<u32> {
     let (from_depth, to_depth) = (depths(decor), depths(target));
     let depth_differs =
         |i: usize| matches!((from_depth.get(i), to_depth.get(i)), (Some(a), Some(b)) if a != b);
@@ -99,7 +109,7 @@ fn changed_pixels(decor: &Layer, target: &Layer) -> Vec<u32> {
         .into_par_iter()
         .filter(|&i| {
             let i = i as usize;
-            from_colour.get(i) != to_colour.get(i) || depth_differs(i)
+            looks_different(i) || depth_differs(i)
         })
         .collect()
 }
@@ -305,7 +315,9 @@ mod tests {
             let (from, to): (Vec<_>, Vec<_>) = pixels.into_iter().unzip();
             let (decor, target) = (layer(&from), layer(&to));
             let total = from.iter().zip(&to).filter(|(a, b)| a != b).count() as u32;
-            let dissolve = Dissolve::between(&decor, Arc::new(target.clone()), steps, seed);
+            let differs = |i: usize| colours(&decor)[i] != colours(&target)[i];
+            let dissolve =
+                Dissolve::between(&decor, Arc::new(target.clone()), differs, steps, seed);
             prop_assert_eq!(dissolve.total(), total);
             let mut before = shown(&decor, &dissolve, 0);
             prop_assert_eq!(&before, &(decor.colour.clone().unwrap(), decor.depth.clone().unwrap()));
@@ -330,7 +342,9 @@ mod tests {
     #[test]
     fn the_order_depends_on_the_seed_alone() {
         let (decor, target) = (layer(&[(0, 0); 300]), layer(&[(1, 0); 300]));
-        let of = |seed| Dissolve::between(&decor, Arc::new(target.clone()), 10, seed).rank;
+        let of = |seed| {
+            Dissolve::between(&decor, Arc::new(target.clone()), |_| true, 10, seed).rank
+        };
         assert_eq!(of(7), of(7));
         assert_ne!(of(7), of(8));
         // It is one: every rank once.

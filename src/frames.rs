@@ -106,12 +106,15 @@ fn umask() -> u32 {
 /// dissolves into. It is encoded once; a frame encodes only what it changes.
 pub struct Ground {
     size: Size,
-    picture: Content,
-    target: Option<Content>,
+    picture: Still,
+    target: Option<Still>,
     /// How colour becomes 8 bits.
     transfer: Option<Transfer>,
     /// The last frame that was encoded: one that is the same is not encoded again.
     last: Mutex<Option<Arc<Last>>>,
+    /// Memory of frames that are done, for the next ones: what many threads free
+    /// in turn, each keeps for itself.
+    spare: Mutex<Vec<Vec<u8>>>,
 }
 
 /// An encoded frame: its pixels, and its file.
@@ -132,6 +135,11 @@ enum Content {
     },
 }
 
+/// A whole picture in the numbers of a frame's file: a décor, or what one turns
+/// into. What it was encoded from is not held.
+#[derive(Clone)]
+pub struct Still(Arc<Content>);
+
 /// How frames are encoded.
 pub struct Encoder<'a> {
     /// Whose transfer function.
@@ -151,12 +159,38 @@ impl Ground {
         } else {
             Content::Encoded(vec![0; size.pixels() * encoder.pixel_bytes()])
         };
+        Self::of(Still(Arc::new(picture)), None, size, encoder)
+    }
+
+    /// A picture, and what it dissolves into.
+    pub fn of(
+        picture: Still,
+        target: Option<Still>,
+        size: Size,
+        encoder: &Encoder<'_>,
+    ) -> Self {
         Self {
             size,
             picture,
-            target: None,
+            target,
             transfer: encoder.transfer(),
             last: Mutex::default(),
+            spare: Mutex::default(),
+        }
+    }
+
+    /// Memory of a frame that is done, if there is any.
+    fn spared(&self) -> Vec<u8> {
+        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        spare.pop().unwrap_or_default()
+    }
+
+    /// Keeps the memory of a frame that is done.
+    fn spare(&self, pixels: Vec<u8>) {
+        const KEPT: usize = 2;
+        let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        if spare.len() < KEPT {
+            spare.push(pixels);
         }
     }
 
@@ -167,15 +201,8 @@ impl Ground {
         size: Size,
         encoder: &Encoder<'_>,
     ) -> Self {
-        let transfer = encoder.transfer();
-        let content = |layer| Content::of(layer, encoder, transfer.as_ref());
-        Self {
-            size,
-            picture: content(layer),
-            target: dissolve.map(|dissolve| content(dissolve.target())),
-            transfer,
-            last: Mutex::default(),
-        }
+        let target = dissolve.map(|dissolve| encoder.still(dissolve.target()));
+        Self::of(encoder.still(layer), target, size, encoder)
     }
 }
 
@@ -226,13 +253,17 @@ impl Encoder<'_> {
         let kept = || ground.last.lock().unwrap_or_else(PoisonError::into_inner);
         let last = kept().clone();
         if let Some(last) = last.filter(|last| last.pixels == pixels) {
+            ground.spare(pixels);
             return Ok(last.file.clone());
         }
         let file = self.png(ground.size, &pixels, path)?;
-        *kept() = Some(Arc::new(Last {
+        let before = kept().replace(Arc::new(Last {
             pixels,
             file: file.clone(),
         }));
+        if let Some(before) = before.and_then(Arc::into_inner) {
+            ground.spare(before.pixels);
+        }
         Ok(file)
     }
 
@@ -273,6 +304,27 @@ impl Encoder<'_> {
             source,
         })?;
         Ok(file.into_inner())
+    }
+
+    /// A layer of the whole picture as a frame's file has it.
+    pub fn still(&self, layer: &Layer) -> Still {
+        let transfer = self.transfer();
+        Still(Arc::new(Content::of(layer, self, transfer.as_ref())))
+    }
+
+    /// Does a pixel look different in two pictures of the same size?
+    pub fn differs(&self, one: &Still, other: &Still, pixel: usize) -> bool {
+        match (&*one.0, &*other.0) {
+            (Content::Encoded(one), Content::Encoded(other)) => {
+                let width = self.pixel_bytes();
+                let bytes = pixel * width..(pixel + 1) * width;
+                one.get(bytes.clone()) != other.get(bytes)
+            }
+            (Content::Linear { colour: one, .. }, Content::Linear { colour: other, .. }) => {
+                one.get(pixel) != other.get(pixel)
+            }
+            _ => true,
+        }
     }
 
     /// Does a file hold depths, and colours as they are?

@@ -21,10 +21,17 @@ impl Encoder<'_> {
         ground: &'a Ground,
         dissolve: Option<(&Dissolve, u32)>,
     ) -> Canvas<'a> {
-        let mut content = ground.picture.clone();
+        let mut content = match &*ground.picture.0 {
+            Content::Encoded(bytes) => {
+                let mut copy = ground.spared();
+                copy.clone_from(bytes);
+                Content::Encoded(copy)
+            }
+            linear @ Content::Linear { .. } => linear.clone(),
+        };
         if let (Some(target), Some((dissolve, in_place))) = (&ground.target, dissolve) {
             let shows = |i| dissolve.shows_target(i, in_place);
-            match (&mut content, target) {
+            match (&mut content, &*target.0) {
                 (Content::Encoded(bytes), Content::Encoded(target)) => {
                     let pixel = self.pixel_bytes();
                     let pixels = bytes.chunks_exact_mut(pixel);
@@ -60,7 +67,7 @@ impl Encoder<'_> {
     /// frame, of this format.
     pub fn canvas_of<'a>(&'a self, ground: &'a Ground, whole: Picture) -> Option<Canvas<'a>> {
         let is_whole = whole.window == ground.size.window()
-            && matches!(&ground.picture, Content::Encoded(bytes) if bytes.len() == whole.bytes.len());
+            && matches!(&*ground.picture.0, Content::Encoded(bytes) if bytes.len() == whole.bytes.len());
         is_whole.then_some(Canvas {
             ground,
             content: Content::Encoded(whole.bytes),

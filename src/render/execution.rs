@@ -24,6 +24,8 @@ pub struct Execution<'a> {
     pub watch: Watch<'a>,
     pub written: AtomicU64,
     pub jobs: usize,
+    /// Are the décors' colours kept, where the planned frames need them no more?
+    pub keep_colours: bool,
     /// Threads of a call that renders frames; `None`: all that there are.
     pub threads: Option<usize>,
 }

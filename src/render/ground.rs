@@ -13,7 +13,7 @@ use super::influenced::{Blocks, Samples};
 use super::joint::{Joint, decor_objects};
 use super::shading::Lighting;
 use crate::dissolve::{Backdrop, Dissolve};
-use crate::frames::{Canvas, Encoder, Ground, WriteError, name, write_safely};
+use crate::frames::{Canvas, Encoder, Ground, Still, WriteError, name, write_safely};
 use crate::merge::{Patch, merge_onto};
 use crate::plan::{BlockSet, Period};
 use crate::shadow::Shade;
@@ -122,17 +122,29 @@ impl Execution<'_> {
         let samples = begins.and_then(|joint| joint.samples.clone());
         let target = ends.and_then(|joint| joint.target.clone());
         let (size, encoder) = (self.stage.size(), self.encoder());
-        let dissolve = match (&decor, target, period.dissolve_steps()) {
-            (Some(decor), Some(target), Some(steps)) => {
-                // Each period has an order of its own.
-                let seed = self.options.seed ^ u64::from(period.start) << 32;
-                Some(Dissolve::between(decor, target, steps, seed))
-            }
-            _ => None,
+        let picture = |known: Option<&Still>, layer: &Layer| {
+            let known = known.cloned();
+            known.unwrap_or_else(|| encoder.still(layer))
         };
-        let ground = match &decor {
+        let (mut dissolve, mut target_picture) = (None, None);
+        let decor_picture = decor.as_ref().map(|decor| {
+            let known = begins.and_then(|joint| joint.decor_picture.as_ref());
+            picture(known, decor)
+        });
+        if let (Some(decor), Some(shown), Some(target), Some(steps)) =
+            (&decor, &decor_picture, target, period.dissolve_steps())
+        {
+            // Each period has an order of its own.
+            let seed = self.options.seed ^ u64::from(period.start) << 32;
+            let known = ends.and_then(|joint| joint.target_picture.as_ref());
+            let becomes = picture(known, &target);
+            let differs = |i: usize| encoder.differs(shown, &becomes, i);
+            dissolve = Some(Dissolve::between(decor, target, differs, steps, seed));
+            target_picture = Some(becomes);
+        }
+        let ground = match decor_picture {
             None => Ground::empty(size, &encoder),
-            Some(decor) => Ground::decor(decor, dissolve.as_ref(), size, &encoder),
+            Some(picture) => Ground::of(picture, target_picture, size, &encoder),
         };
         let state = self.stage.film.frame(period.start);
         let kept = decor_objects(period);

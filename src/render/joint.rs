@@ -17,6 +17,7 @@ use super::influenced::Samples;
 use super::shading::Lighting;
 use crate::dissolve::Backdrop;
 use crate::film::{FrameState, ObjectId, ObjectState};
+use crate::frames::Still;
 use crate::merge::{Patch, merge};
 use crate::plan::{BlockSet, FramePlan, Period, gathered};
 use crate::segmentation::Class;
@@ -38,6 +39,10 @@ pub struct Joint {
     pub samples: Option<Arc<Samples>>,
     /// What the décor of the period that ends has turned into.
     pub target: Option<Arc<Layer>>,
+    /// The décor as the frames' files have it, where its colours were let go.
+    pub decor_picture: Option<Still>,
+    /// The same of the target.
+    pub target_picture: Option<Still>,
     /// The décor light by light, where a shadow map is made.
     pub lighting: Option<Arc<Lighting>>,
     /// The same of the target.
@@ -76,7 +81,47 @@ impl Execution<'_> {
             let lighting = self.lighting(ends, &scene, until)?;
             joint.target_lighting = Some(Arc::new(lighting));
         }
+        let mut periods = wanted.begins.into_iter().chain(wanted.ends);
+        if !self.keep_colours && !periods.any(|period| self.needs_colours(period)) {
+            self.let_go_of_colours(&mut joint);
+        }
         Ok(joint)
+    }
+
+    /// Do the frames of a period need the colours of their décor, and not only
+    /// what their files show of it: to see it through the edge of something, to
+    /// shade it, to put a sky behind it?
+    fn needs_colours(&self, period: &Period) -> bool {
+        let antialiased = self.stage.antialias().is_some();
+        period.by_map()
+            || period.frames.iter().any(|frame| match frame {
+                FramePlan::Layered { fast, sky, .. } => *sky || antialiased && !fast.is_empty(),
+                FramePlan::Whole => false,
+            })
+    }
+
+    /// Encodes what frames begin with, and keeps no more than its depth: 16 bytes
+    /// a pixel become 3.
+    fn let_go_of_colours(&self, joint: &mut Joint) {
+        let encoder = self.encoder();
+        let one = matches!((&joint.decor, &joint.target), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
+        if one {
+            joint.target = None;
+        }
+        let let_go = |layer: &mut Option<Arc<Layer>>| {
+            let known = layer.take()?;
+            let picture = encoder.still(&known);
+            let mut known = Arc::unwrap_or_clone(known);
+            known.colour = None;
+            *layer = Some(Arc::new(known));
+            Some(picture)
+        };
+        joint.decor_picture = let_go(&mut joint.decor);
+        joint.target_picture = let_go(&mut joint.target);
+        if one {
+            joint.target.clone_from(&joint.decor);
+            joint.target_picture.clone_from(&joint.decor_picture);
+        }
     }
 
     /// The pictures of a joint.

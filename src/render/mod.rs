@@ -174,6 +174,7 @@ pub fn render(
         watch,
         written: AtomicU64::new(0),
         jobs,
+        keep_colours: false,
         // Many calls run at once.
         threads: Some(1),
     };

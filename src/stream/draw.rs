@@ -102,6 +102,8 @@ impl Stream {
             watch: &|_, _| {},
             written: AtomicU64::new(0),
             jobs: 1,
+            // Nobody knows what the next frames need.
+            keep_colours: true,
             // A frame is alone, and waited for.
             threads: None,
         }
