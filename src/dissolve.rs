@@ -342,9 +342,8 @@ mod tests {
     #[test]
     fn the_order_depends_on_the_seed_alone() {
         let (decor, target) = (layer(&[(0, 0); 300]), layer(&[(1, 0); 300]));
-        let of = |seed| {
-            Dissolve::between(&decor, Arc::new(target.clone()), |_| true, 10, seed).rank
-        };
+        let of =
+            |seed| Dissolve::between(&decor, Arc::new(target.clone()), |_| true, 10, seed).rank;
         assert_eq!(of(7), of(7));
         assert_ne!(of(7), of(8));
         // It is one: every rank once.

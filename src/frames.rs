@@ -163,12 +163,7 @@ impl Ground {
     }
 
     /// A picture, and what it dissolves into.
-    pub fn of(
-        picture: Still,
-        target: Option<Still>,
-        size: Size,
-        encoder: &Encoder<'_>,
-    ) -> Self {
+    pub fn of(picture: Still, target: Option<Still>, size: Size, encoder: &Encoder<'_>) -> Self {
         Self {
             size,
             picture,

@@ -146,7 +146,11 @@ impl Canvas<'_> {
 
 impl Content {
     /// A layer's pixels as a file has them.
-    pub(super) fn of(layer: &Layer, encoder: &Encoder<'_>, ground: Option<&super::Transfer>) -> Self {
+    pub(super) fn of(
+        layer: &Layer,
+        encoder: &Encoder<'_>,
+        ground: Option<&super::Transfer>,
+    ) -> Self {
         let colour = layer.colour.as_deref().unwrap_or_default();
         if encoder.has_depth() {
             return Self::Linear {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use decor_api::process::ProcessCall;
 use decor_api::{
-    AdapterError, Layer, LayerRequest, NativeFile, Output, Picture, Region,
-    Rendered, RunContext, SceneText, Size, Window,
+    AdapterError, Layer, LayerRequest, NativeFile, Output, Picture, Region, Rendered, RunContext,
+    SceneText, Size, Window,
 };
 
 use crate::depth::{DepthCode, Precision};
@@ -434,6 +434,8 @@ fn encoded_switches(bits: u8, masked: bool) -> Vec<String> {
         "+Olayer.ppm".into(),
         "-UA".into(),
         "File_Gamma=srgb".into(),
+        // What is laid beside it is not dithered.
+        "Dither=off".into(),
     ];
     args.extend(masked.then(|| "+C".into()));
     args

@@ -256,7 +256,10 @@ mod tests {
             width: 1,
             height: 1,
         };
-        assert_eq!(encoded(&wide[..], window, 16).unwrap(), wide[wide.len() - 6..]);
+        assert_eq!(
+            encoded(&wide[..], window, 16).unwrap(),
+            wide[wide.len() - 6..]
+        );
     }
 
     #[test]
