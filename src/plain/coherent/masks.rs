@@ -3,13 +3,13 @@
 //!
 //! The first proxies stand for all frames at once. Then for each half, and so on,
 //! as long as a pass over the blocks that are still dirty costs less than what it
-//! may save.
+//! may save. A pass costs about what a frame costs, by the block.
 
 use std::ops::Range;
 
 use decor_api::RunContext;
 use decor_povray::plain::PlainScene;
-use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Pixels, Proxy, Sampling};
+use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Hulls, Pixels, Proxy, Sampling};
 
 use super::Look;
 use super::price::Costs;
@@ -18,11 +18,6 @@ use crate::render::RenderError;
 
 /// A pass of proxies is expected to save this share of what it looks at.
 const SAVES: f64 = 0.25;
-
-/// Tracing proxies against tracing frames, before any were: every pixel is
-/// sampled again. It took 2.5 to 5 times as long as frames of small scenes, 3
-/// times as long as heavy ones.
-const SAMPLED_AGAIN: f64 = 3.0;
 
 /// The dirty blocks of each frame.
 #[derive(Debug)]
@@ -50,23 +45,44 @@ pub struct Finding<'a> {
     pub boxes: &'a [FrameBoxes],
     pub workers: Workers,
     pub run: &'a RunContext,
+    /// Where it knows enough.
+    geometry: Option<Geometry>,
 }
 
-impl Finding<'_> {
+impl<'a> Finding<'a> {
     /// What geometry says; all blocks where it says nothing.
-    pub fn by_geometry(&self) -> Masks {
-        let grid = self.scene.grid();
-        let first = self.boxes.first().cloned().unwrap_or_default();
-        let geometry = Geometry::new(grid, &self.look.analysis, &first);
-        let dirty = self.boxes.iter().map(|frame| match &geometry {
-            Ok(geometry) => geometry.dirty(frame),
-            Err(_) => Blocks::all(grid),
+    pub fn by_geometry(
+        scene: &'a PlainScene,
+        look: &'a Look,
+        boxes: &'a [FrameBoxes],
+        workers: Workers,
+        run: &'a RunContext,
+    ) -> (Self, Masks) {
+        let grid = scene.grid();
+        let first = boxes.first().cloned().unwrap_or_default();
+        let (geometry, proxies_only) = match Geometry::new(grid, &look.analysis, &first) {
+            Ok(geometry) => (Some(geometry), None),
+            Err(reason) => (None, Some(reason)),
+        };
+        let dirty = boxes.iter().map(|frame| match &geometry {
+            Some(geometry) => geometry.dirty(frame),
+            None => Blocks::all(grid),
         });
-        Masks {
+        let masks = Masks {
             dirty: dirty.collect(),
             pixels: 0,
-            proxies_only: geometry.err(),
-        }
+            proxies_only,
+        };
+        tracing::debug!(dirty = masks.share(), only = ?masks.proxies_only, "geometry");
+        let finding = Self {
+            scene,
+            look,
+            boxes,
+            workers,
+            run,
+            geometry,
+        };
+        (finding, masks)
     }
 
     /// Makes them tighter by proxies, where that pays, or at least once.
@@ -78,74 +94,135 @@ impl Finding<'_> {
     ) -> Result<(), RenderError> {
         let grid = self.scene.grid();
         let block_s = costs.trace_s / grid.count() as f64;
-        let mut proxy_s = match self.scene.sampling() {
-            Sampling::Once => block_s,
-            _ => block_s * SAMPLED_AGAIN,
-        };
-        let whole = 0..self.boxes.len();
-        let mut groups: Vec<Range<usize>> = vec![whole.clone()];
-        while let Some(group) = groups.pop() {
-            let asked = masks.dirty[group.clone()]
-                .iter()
-                .fold(Blocks::none(grid), |sum, dirty| sum.or(dirty));
-            let dirty: usize = masks.dirty[group.clone()].iter().map(Blocks::len).sum();
-            let calls = self.workers.busy().min(asked.len().max(1)) as f64;
-            let cost_s = calls * (costs.parse_s + costs.other_s) + asked.len() as f64 * proxy_s;
-            let must = at_least_once && group == whole;
-            if asked.is_empty() || (!must && cost_s >= SAVES * dirty as f64 * block_s) {
-                continue;
+        let mut proxy_s = block_s;
+        let mut groups = vec![Group {
+            frames: 0..self.boxes.len(),
+            touchable: Blocks::all(grid),
+        }];
+        for level in 0.. {
+            let mut passes = Vec::new();
+            for group in groups {
+                // Something moves that has no end: no proxies.
+                let Some(pass) = self.pass(group, masks) else {
+                    return Ok(());
+                };
+                let dirty: usize = masks.dirty[pass.group.frames.clone()]
+                    .iter()
+                    .map(Blocks::len)
+                    .sum();
+                let cost_s = costs.parse_s + costs.other_s + pass.asked.len() as f64 * proxy_s;
+                let must = at_least_once && level == 0;
+                let pays = cost_s < SAVES * dirty as f64 * block_s;
+                if !pass.asked.is_empty() && (must || pays) {
+                    passes.push(pass);
+                }
             }
-            let Some((touched, trace_s)) = self.touched(&group, &asked)? else {
-                return Ok(());
-            };
-            proxy_s = trace_s / asked.len() as f64;
-            masks.pixels += asked
-                .iter()
+            if passes.is_empty() {
+                break;
+            }
+            let (touched, trace_s) = self.touched(&passes)?;
+            let asked: usize = passes.iter().map(|pass| pass.asked.len()).sum();
+            proxy_s = trace_s / asked as f64;
+            let blocks = passes.iter().flat_map(|pass| pass.asked.iter());
+            masks.pixels += blocks
                 .map(|block| grid.window(block).pixels() as u64)
                 .sum::<u64>();
-            let now = touched.dirty(self.scene.sampling());
-            for dirty in &mut masks.dirty[group.clone()] {
-                *dirty = dirty.and(&now);
-            }
-            if group.len() > 1 {
-                let middle = group.start + group.len() / 2;
-                groups.extend([group.start..middle, middle..group.end]);
+            groups = Vec::new();
+            for (pass, touched) in passes.into_iter().zip(touched) {
+                let now = touched.dirty(self.scene.sampling());
+                let frames = pass.group.frames;
+                tracing::debug!(
+                    ?frames,
+                    asked = pass.asked.len(),
+                    dirty = now.and(&pass.asked).len(),
+                    "proxies"
+                );
+                for dirty in &mut masks.dirty[frames.clone()] {
+                    *dirty = dirty.and(&now);
+                }
+                let shown = touched.dirty(Sampling::Once);
+                let touchable = pass.group.touchable.without(&pass.asked.without(&shown));
+                if frames.len() > 1 {
+                    let (first, _) = Hulls::halves(&self.boxes[frames.clone()]);
+                    let middle = frames.start + first.len();
+                    groups.extend([frames.start..middle, middle..frames.end].map(|frames| Group {
+                        frames,
+                        touchable: touchable.clone(),
+                    }));
+                }
             }
         }
         Ok(())
     }
 
-    /// The pixels that a group of frames touches, and the seconds of CPU for them.
-    fn touched(
-        &self,
-        group: &Range<usize>,
-        asked: &Blocks,
-    ) -> Result<Option<(Pixels, f64)>, RenderError> {
+    /// What proxies for a group are asked for: the blocks that may be touched, of
+    /// those that are dirty in any frame, and of those that show their first rays
+    /// above and to the left.
+    fn pass(&self, mut group: Group, masks: &Masks) -> Option<Pass> {
         let grid = self.scene.grid();
-        let proxy = Proxy::new(
-            self.scene,
-            &self.look.sources,
-            &self.look.analysis,
-            &self.boxes[group.clone()],
-            self.run,
-        )?;
-        let Some(proxy) = proxy else {
-            return Ok(None);
-        };
-        // Neighbours cost alike: each part gets some of every place.
-        let parts = self.workers.busy();
-        let mut shares = vec![Blocks::none(grid); parts];
-        for (k, block) in asked.iter().enumerate() {
-            shares[k % parts].insert(block);
+        let boxes = &self.boxes[group.frames.clone()];
+        let hulls = Hulls::of(&self.look.analysis, boxes)?;
+        if let Some(geometry) = &self.geometry {
+            let frame = hulls.as_frame(&self.look.analysis, &boxes[0]);
+            group.touchable = group.touchable.and(&geometry.dirty(&frame));
         }
-        shares.retain(|share| !share.is_empty());
-        let looked = side_by_side(&shares, parts, |share| proxy.touched(share, self.run))?;
-        let mut all = Pixels::none(grid.size);
+        let dirty = masks.dirty[group.frames.clone()]
+            .iter()
+            .fold(Blocks::none(grid), |sum, dirty| sum.or(dirty));
+        let asked = match self.scene.sampling() {
+            Sampling::Neighbours => dirty.or(&grid.above_and_left_of(&dirty)),
+            Sampling::Once | Sampling::Corners => dirty,
+        };
+        Some(Pass {
+            asked: asked.and(&group.touchable),
+            hulls,
+            group,
+        })
+    }
+
+    /// The pixels that each group of frames touches, and the seconds of CPU for all.
+    fn touched(&self, passes: &[Pass]) -> Result<(Vec<Pixels>, f64), RenderError> {
+        let grid = self.scene.grid();
+        let processes = self.workers.busy();
+        let parts = processes.div_ceil(passes.len());
+        let mut shares = Vec::new();
+        for (k, pass) in passes.iter().enumerate() {
+            // Neighbours cost alike: each part gets some of every place.
+            let mut own = vec![Blocks::none(grid); parts];
+            for (k, block) in pass.asked.iter().enumerate() {
+                own[k % parts].insert(block);
+            }
+            own.retain(|share| !share.is_empty());
+            shares.extend(own.into_iter().map(|share| (k, share)));
+        }
+        let proxies = passes.iter().map(|pass| {
+            let (sources, analysis) = (&self.look.sources, &self.look.analysis);
+            Proxy::new(self.scene, sources, analysis, &pass.hulls, self.run)
+        });
+        let proxies = proxies.collect::<Result<Vec<_>, _>>()?;
+        let looked = side_by_side(&shares, processes, |(k, share)| {
+            proxies[*k].touched(share, self.run)
+        })?;
+        let mut all = vec![Pixels::none(grid.size); passes.len()];
         let mut trace_s = 0.0;
-        for (pixels, timing) in looked {
-            all.merge(&pixels);
+        for ((k, _), (pixels, timing)) in shares.iter().zip(looked) {
+            all[*k].merge(&pixels);
             trace_s += timing.trace_s;
         }
-        Ok(Some((all, trace_s)))
+        Ok((all, trace_s))
     }
+}
+
+/// Frames that follow each other.
+struct Group {
+    frames: Range<usize>,
+    /// All other blocks show no box of the group's.
+    touchable: Blocks,
+}
+
+/// What proxies are rendered for.
+struct Pass {
+    group: Group,
+    hulls: Hulls,
+    asked: Blocks,
 }

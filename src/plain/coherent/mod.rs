@@ -211,14 +211,8 @@ impl Film<'_> {
         boxes: &[FrameBoxes],
         costs: Option<(&Costs, bool)>,
     ) -> Result<Found<Masks>, RenderError> {
-        let finding = Finding {
-            scene: self.scene,
-            look: self.look,
-            boxes,
-            workers: self.workers,
-            run: self.run,
-        };
-        let mut masks = finding.by_geometry();
+        let (finding, mut masks) =
+            Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
         if let Some((costs, at_least_once)) = costs {
             match finding.by_proxies(&mut masks, costs, at_least_once) {
                 Err(RenderError::Adapter(
@@ -303,6 +297,7 @@ impl Film<'_> {
         done: &mut Done,
     ) -> Result<Found<()>, RenderError> {
         let left = self.frames.len() - trial.frames.len();
+        tracing::debug!(costs = ?trial.costs, "trial");
         if !always && !price::may_pay(&trial.costs, left, &self.workers) {
             return Ok(Found::Whole(vec![DEAR.into()]));
         }
@@ -319,6 +314,14 @@ impl Film<'_> {
         let grid = self.scene.grid();
         let plan = schedule(grid, &masks.dirty, &trial.frames);
         let stock = Price::of(left, trial.costs.whole_s(), &self.workers);
+        tracing::debug!(
+            dirty = masks.share(),
+            traced = plan.traced(),
+            sources = plan.sources.len(),
+            ?stock,
+            price = ?self.price(&trial.costs, &plan, 1.0),
+            "masks"
+        );
         if !always && !self.price(&trial.costs, &plan, 1.0).beats(&stock) {
             return Ok(Found::Whole(vec![DEAR.into()]));
         }
@@ -333,6 +336,7 @@ impl Film<'_> {
             Found::This(dirtier) => dirtier,
             Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
         };
+        tracing::debug!(dirtier, "a frame both ways");
         if !always && !self.price(&trial.costs, &plan, dirtier).beats(&stock) {
             return Ok(Found::Whole(vec![DEAR.into()]));
         }

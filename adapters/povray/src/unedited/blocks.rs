@@ -30,6 +30,21 @@ impl Grid {
         self.size.width.div_ceil(BLOCK)
     }
 
+    /// The blocks directly above, and directly to the left of these.
+    pub fn above_and_left_of(&self, blocks: &Blocks) -> Blocks {
+        let columns = self.columns() as usize;
+        let mut found = Blocks::none(*self);
+        for block in blocks.iter() {
+            if block >= columns {
+                found.insert(block - columns);
+            }
+            if !block.is_multiple_of(columns) {
+                found.insert(block - 1);
+            }
+        }
+        found
+    }
+
     /// The rectangle of a block.
     pub fn window(&self, block: usize) -> Window {
         block_window(self.size, block as u32)
