@@ -146,12 +146,14 @@ pub fn tree(file: &NativeFile, library: &Library) -> Tree {
 
 /// Collects, for each `#declare`, `#local` and `#macro`, the words up to the
 /// next one: more than belongs to it, never less, but for nested declarations,
-/// whose words count for both.
+/// whose words count for both. What a macro makes its own by `#local` is no
+/// identifier of the file: its words are the macro's.
 pub fn definitions(text: &[u8], into: &mut Definitions) {
     let mut current: Vec<String> = Vec::new();
     let found = tokens(text);
     let mut blocks = 0_usize;
     let mut macro_at: Option<(String, usize)> = None;
+    let mut locals: HashSet<&[u8]> = HashSet::new();
     let mut at = 0;
     while at < found.len() {
         let token = &found[at];
@@ -159,9 +161,15 @@ pub fn definitions(text: &[u8], into: &mut Definitions) {
             let name = found.get(at + 1).filter(|t| t.kind == Kind::Word);
             match (token.bytes, name) {
                 (b"#declare" | b"#local", Some(name)) => {
-                    current = vec![name.text().into_owned()];
+                    current.clear();
                     if let Some((outer, _)) = &macro_at {
                         current.push(outer.clone());
+                        if token.is("#local") {
+                            locals.insert(name.bytes);
+                        }
+                    }
+                    if !locals.contains(name.bytes) {
+                        current.push(name.text().into_owned());
                     }
                     at += 1;
                 }
@@ -169,7 +177,10 @@ pub fn definitions(text: &[u8], into: &mut Definitions) {
                     blocks += 1;
                     let name = name.text().into_owned();
                     current = vec![name.clone()];
-                    macro_at.get_or_insert((name, blocks));
+                    if macro_at.is_none() {
+                        macro_at = Some((name, blocks));
+                        locals.clear();
+                    }
                     at += 1;
                 }
                 (b"#if" | b"#ifdef" | b"#ifndef" | b"#while" | b"#for" | b"#switch", _) => {
@@ -178,6 +189,7 @@ pub fn definitions(text: &[u8], into: &mut Definitions) {
                 (b"#end", _) => {
                     if macro_at.as_ref().is_some_and(|(_, depth)| *depth == blocks) {
                         macro_at = None;
+                        locals.clear();
                         current.clear();
                     }
                     blocks = blocks.saturating_sub(1);

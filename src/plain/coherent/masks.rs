@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use decor_api::RunContext;
 use decor_povray::plain::PlainScene;
-use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Hulls, Pixels, Proxy, Sampling};
+use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Hulls, Pixels, Proxy, Sampling, View};
 
 use super::Look;
 use super::price::Costs;
@@ -47,6 +47,8 @@ pub struct Finding<'a> {
     pub run: &'a RunContext,
     /// Where it knows enough.
     geometry: Option<Geometry>,
+    /// The camera, where it is a plain one, and the same in all frames.
+    view: Option<View>,
 }
 
 impl<'a> Finding<'a> {
@@ -74,6 +76,9 @@ impl<'a> Finding<'a> {
             proxies_only,
         };
         tracing::debug!(dirty = masks.share(), only = ?masks.proxies_only, "geometry");
+        let same = boxes.iter().all(|frame| frame.camera == first.camera);
+        let words = first.camera.as_ref().filter(|words| same && !words.is_empty());
+        let view = words.and_then(|words| View::of(words, grid.size));
         let finding = Self {
             scene,
             look,
@@ -81,6 +86,7 @@ impl<'a> Finding<'a> {
             workers,
             run,
             geometry,
+            view,
         };
         (finding, masks)
     }
@@ -128,8 +134,13 @@ impl<'a> Finding<'a> {
                 .map(|block| grid.window(block).pixels() as u64)
                 .sum::<u64>();
             groups = Vec::new();
-            for (pass, touched) in passes.into_iter().zip(touched) {
-                let now = touched.dirty(self.scene.sampling());
+            let beyond = self.beyond(&passes, &touched, costs, block_s, at_least_once)?;
+            masks.pixels += beyond.pixels;
+            let pixels = touched.into_iter().zip(&beyond.untouched);
+            for (pass, (touched, untouched)) in passes.into_iter().zip(pixels) {
+                let sampling = self.scene.sampling();
+                let within = touched.dirty_within(sampling);
+                let now = within.or(&touched.dirty(sampling).without(untouched));
                 let frames = pass.group.frames;
                 tracing::debug!(
                     ?frames,
@@ -171,13 +182,63 @@ impl<'a> Finding<'a> {
             .fold(Blocks::none(grid), |sum, dirty| sum.or(dirty));
         let asked = match self.scene.sampling() {
             Sampling::Neighbours => dirty.or(&grid.above_and_left_of(&dirty)),
-            Sampling::Once | Sampling::Corners => dirty,
+            Sampling::Once | Sampling::Corners => dirty.clone(),
         };
         Some(Pass {
             asked: asked.and(&group.touchable),
+            dirty,
             hulls,
             group,
         })
+    }
+
+    /// Border blocks that nothing within the picture makes dirty: do their rays
+    /// beyond it? Asked where that may save more than it costs.
+    fn beyond(
+        &self,
+        passes: &[Pass],
+        touched: &[Pixels],
+        costs: &Costs,
+        block_s: f64,
+        always: bool,
+    ) -> Result<Beyond, RenderError> {
+        let grid = self.scene.grid();
+        let sampling = self.scene.sampling();
+        let mut found = Beyond {
+            untouched: vec![Blocks::none(grid); passes.len()],
+            pixels: 0,
+        };
+        let (Some(view), Sampling::Neighbours) = (&self.view, sampling) else {
+            return Ok(found);
+        };
+        let mut asked = Vec::new();
+        for (k, (pass, touched)) in passes.iter().zip(touched).enumerate() {
+            let within = touched.dirty_within(sampling);
+            let open = pass.dirty.and(&grid.border()).without(&within);
+            let shown = grid.showing_beyond(&open);
+            let frames = pass.group.frames.len() as f64;
+            let cost_s = costs.parse_s + costs.other_s + shown.len() as f64 * block_s;
+            let pays = cost_s < SAVES * frames * open.len() as f64 * block_s;
+            if !open.is_empty() && (pays || always) {
+                asked.push((k, open, shown));
+            }
+        }
+        let looked = side_by_side(&asked, self.workers.busy(), |(k, _, shown)| {
+            let (sources, analysis) = (&self.look.sources, &self.look.analysis);
+            let hulls = &passes[*k].hulls;
+            Proxy::beyond(self.scene, sources, analysis, hulls, view, self.run)?
+                .touched(shown, self.run)
+        })?;
+        for ((k, open, shown), (pixels, _)) in asked.into_iter().zip(looked) {
+            let untouched = pixels.untouched_beyond().and(&open);
+            tracing::debug!(asked = open.len(), clean = untouched.len(), "border");
+            found.untouched[k] = untouched;
+            found.pixels += shown
+                .iter()
+                .map(|block| grid.window(block).pixels() as u64)
+                .sum::<u64>();
+        }
+        Ok(found)
     }
 
     /// The pixels that each group of frames touches, and the seconds of CPU for all.
@@ -224,5 +285,15 @@ struct Group {
 struct Pass {
     group: Group,
     hulls: Hulls,
+    /// In any of the frames.
+    dirty: Blocks,
     asked: Blocks,
+}
+
+/// What is known of rays beyond the picture's border.
+struct Beyond {
+    /// Border blocks of each group that have none that is touched.
+    untouched: Vec<Blocks>,
+    /// Pixels that were traced to know.
+    pixels: u64,
 }

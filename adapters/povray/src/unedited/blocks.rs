@@ -5,9 +5,8 @@
 //! row above and the column to the left too, and what they show decides whether
 //! pixels inside are sampled again. So a block is dirty if anything in it, in the
 //! row above or in the column to its left is touched. At the upper and the left
-//! border of the picture these lie outside: no picture shows whether they are
-//! touched, and the blocks there are dirty. Method 2 and no antialiasing look at
-//! the block's own pixels alone.
+//! border of the picture these lie outside: the picture does not show whether they
+//! are touched. Method 2 and no antialiasing look at the block's own pixels alone.
 
 use decor_api::{Size, Window};
 
@@ -40,6 +39,31 @@ impl Grid {
             }
             if !block.is_multiple_of(columns) {
                 found.insert(block - 1);
+            }
+        }
+        found
+    }
+
+    /// The blocks at the upper and the left border of the picture.
+    pub fn border(&self) -> Blocks {
+        Blocks::of(*self, |block| {
+            let own = self.window(block);
+            own.x == 0 || own.y == 0
+        })
+    }
+
+    /// In a picture that shows one column more to the left and one row more above:
+    /// the blocks that show what lies above and to the left of these.
+    pub fn showing_beyond(&self, border: &Blocks) -> Blocks {
+        let columns = self.columns() as usize;
+        let mut found = border.clone();
+        for block in border.iter() {
+            let own = self.window(block);
+            if own.x == 0 && block + columns < self.count() {
+                found.insert(block + columns);
+            }
+            if own.y == 0 && block + 1 < columns {
+                found.insert(block + 1);
             }
         }
         found
@@ -180,20 +204,59 @@ impl Pixels {
     /// The blocks that are dirty where these pixels are touched.
     pub fn dirty(&self, sampling: Sampling) -> Blocks {
         let grid = Grid { size: self.size };
+        match sampling {
+            Sampling::Neighbours => self.dirty_within(sampling).or(&grid.border()),
+            Sampling::Once | Sampling::Corners => self.dirty_within(sampling),
+        }
+    }
+
+    /// The same if nothing beyond the upper and the left border is touched.
+    pub fn dirty_within(&self, sampling: Sampling) -> Blocks {
+        let grid = Grid { size: self.size };
+        let further = u32::from(sampling == Sampling::Neighbours);
         Blocks::of(grid, |block| {
             let own = grid.window(block);
-            if sampling != Sampling::Neighbours {
-                return self.any(own);
-            }
-            if own.x == 0 || own.y == 0 {
-                return true;
-            }
+            let (x, y) = (
+                own.x.saturating_sub(further),
+                own.y.saturating_sub(further),
+            );
             self.any(Window {
-                x: own.x - 1,
-                y: own.y - 1,
-                width: own.width + 1,
-                height: own.height + 1,
+                x,
+                y,
+                width: own.right() - x,
+                height: own.bottom() - y,
             })
+        })
+    }
+
+    /// The blocks of the border beyond which nothing is touched, where these are
+    /// the pixels of a picture that shows one column more to the left and one row
+    /// more above. (It does not show what the last row and the last column of the
+    /// picture have beside them: for their blocks, nothing is known.)
+    pub fn untouched_beyond(&self) -> Blocks {
+        let grid = Grid { size: self.size };
+        let border = grid.border();
+        Blocks::of(grid, |block| {
+            let own = grid.window(block);
+            let row = Window {
+                x: own.x + 1,
+                y: 0,
+                width: own.width,
+                height: 1,
+            };
+            let column = Window {
+                x: 0,
+                y: own.y + 1,
+                width: 1,
+                height: own.height,
+            };
+            let clear = |is_there: bool, shown: Window| {
+                !is_there
+                    || shown.right() <= self.size.width
+                        && shown.bottom() <= self.size.height
+                        && !self.any(shown)
+            };
+            border.has(block) && clear(own.y == 0, row) && clear(own.x == 0, column)
         })
     }
 
@@ -222,6 +285,29 @@ mod tests {
 
     fn dirty(x: u32, y: u32, sampling: Sampling) -> Vec<usize> {
         touched(x, y).dirty(sampling).iter().collect()
+    }
+
+    #[test]
+    fn what_a_picture_shows_beyond_the_border() {
+        let grid = Grid { size: SIZE };
+        let untouched = |x, y| -> Vec<usize> { touched(x, y).untouched_beyond().iter().collect() };
+        // Blocks 3 and 8 have neighbours that are not shown.
+        assert_eq!(untouched(50, 50), [0, 1, 2, 4]);
+        // The pixel above column 31, and the one to the left of row 32.
+        assert_eq!(untouched(32, 0), [1, 2, 4]);
+        assert_eq!(untouched(0, 33), [0, 1, 2]);
+        assert_eq!(untouched(33, 0), [0, 2, 4]);
+        let border = grid.border();
+        assert_eq!(border.iter().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 8]);
+        let one = |block: usize| Blocks::of(grid, |b| b == block);
+        let shown = |block| grid.showing_beyond(&one(block)).iter().collect::<Vec<_>>();
+        assert_eq!(shown(0), [0, 1, 4]);
+        assert_eq!((shown(3), shown(8)), (vec![3], vec![8]));
+        assert_eq!(
+            grid.above_and_left_of(&one(5)).iter().collect::<Vec<_>>(),
+            [1, 4]
+        );
+        assert!(grid.above_and_left_of(&one(0)).is_empty());
     }
 
     #[test]

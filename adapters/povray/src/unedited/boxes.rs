@@ -71,9 +71,10 @@ pub struct FrameBoxes {
     /// Centres of the lights that cast shadows.
     pub lights: Vec<DVec3>,
     /// The camera's words in order, with their values: `location`, `look_at`,
-    /// `angle` (thrice the same), `translate`… `None` where it has others, or
-    /// where something else keeps geometry from saying what is touched.
+    /// `angle` (thrice the same), `translate`… `None` where it has others.
     pub camera: Option<Vec<(String, DVec3)>>,
+    /// Is there a light whose centre is not known?
+    pub lost_light: bool,
 }
 
 /// What is where in all frames.
@@ -319,7 +320,7 @@ impl Frame {
                     self.boxes.lights.push(b);
                 } else {
                     // Too far away, or out of shape.
-                    self.boxes.camera = None;
+                    self.boxes.lost_light = true;
                 }
             }
             "C" => {

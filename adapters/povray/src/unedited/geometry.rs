@@ -50,6 +50,9 @@ impl Geometry {
         if let Some(reason) = analysis.proxies_only.first() {
             return Err(reason.to_string());
         }
+        if first.lost_light {
+            return Err("where a light is is not known".into());
+        }
         let words = first.camera.as_ref();
         let view = words.and_then(|words| View::of(words, grid.size));
         let view = view.ok_or("the camera is not a plain perspective one")?;
@@ -92,7 +95,9 @@ impl Geometry {
 
     /// The blocks that are dirty in a frame.
     pub fn dirty(&self, frame: &FrameBoxes) -> Blocks {
-        let same = self.still_of(frame) == self.still && frame.lights == self.lights;
+        let same = self.still_of(frame) == self.still
+            && frame.lights == self.lights
+            && !frame.lost_light;
         if !same {
             return Blocks::all(self.grid);
         }

@@ -72,6 +72,7 @@ fn scene(at: DVec3) -> FrameBoxes {
             ("right", DVec3::X * 4.0 / 3.0),
             ("angle", DVec3::splat(50.0)),
         ]),
+        lost_light: false,
     }
 }
 

@@ -51,3 +51,4 @@ pub use hulls::Hulls;
 pub use keys::{Schedule, schedule};
 pub use proxy::Proxy;
 pub use source::{Copy, Edit, SourceFile, Sources};
+pub use view::View;

@@ -27,6 +27,7 @@ use super::blocks::{Blocks, Grid, Pixels};
 use super::frames::{Timing, blocks_of, timing};
 use super::hulls::{Aabb, Hulls};
 use super::source::{Copy, Sources};
+use super::view::View;
 use crate::number::vector;
 use crate::plain::{More, Part, PlainScene};
 use crate::state;
@@ -41,6 +42,8 @@ pub struct Proxy<'a> {
     grid: Grid,
     copy: Copy,
     frame: u32,
+    /// Without antialiasing.
+    once: bool,
 }
 
 impl<'a> Proxy<'a> {
@@ -55,16 +58,52 @@ impl<'a> Proxy<'a> {
         hulls: &Hulls,
         run: &RunContext,
     ) -> Result<Self, AdapterError> {
+        Self::with(scene, sources, analysis, hulls, None, run)
+    }
+
+    /// The same, but its picture shows one column more to the left, and one row more
+    /// above ([`Pixels::untouched_beyond`]): rays of method 1 that no block of the
+    /// picture shows. They are these rays but for the last digits; boxes are larger
+    /// than what they stand for by more than that.
+    ///
+    /// # Errors
+    /// [`AdapterError::Io`].
+    pub fn beyond(
+        scene: &'a PlainScene,
+        sources: &Sources,
+        analysis: &Analysis,
+        hulls: &Hulls,
+        view: &View,
+        run: &RunContext,
+    ) -> Result<Self, AdapterError> {
+        Self::with(scene, sources, analysis, hulls, Some(view), run)
+    }
+
+    fn with(
+        scene: &'a PlainScene,
+        sources: &Sources,
+        analysis: &Analysis,
+        hulls: &Hulls,
+        beyond: Option<&View>,
+        run: &RunContext,
+    ) -> Result<Self, AdapterError> {
         let mut edits = analysis.hidden();
-        edits.push(sources.behind(text(&analysis.prefix, &hulls.boxes)));
+        let mut behind = text(&analysis.prefix, &hulls.boxes);
+        if let Some(view) = beyond {
+            // The last camera counts.
+            behind.push_str(&view.one_pixel_further());
+        }
+        edits.push(sources.behind(behind));
         let (first, last) = hulls.frames;
-        let folder = run.work.join(format!("proxy-{first:05}-{last:05}"));
+        let what = if beyond.is_some() { "beyond" } else { "proxy" };
+        let folder = run.work.join(format!("{what}-{first:05}-{last:05}"));
         std::fs::create_dir_all(&folder).map_err(AdapterError::io(&folder))?;
         Ok(Self {
             scene,
             grid: scene.grid(),
             copy: sources.rewritten(&edits, &folder)?,
             frame: first,
+            once: beyond.is_some(),
         })
     }
 
@@ -80,6 +119,9 @@ impl<'a> Proxy<'a> {
     ) -> Result<(Pixels, Timing), AdapterError> {
         let mut switches = self.copy.switches.clone();
         switches.extend(["Statistic_Console=on", "+WT1"].map(str::to_owned));
+        if self.once {
+            switches.push("-A".into());
+        }
         let ids: Vec<u32> = asked.iter().map(|id| id as u32).collect();
         let size = self.grid.size;
         let part = Part {

@@ -4,6 +4,8 @@
 use decor_api::Size;
 use glam::{DMat3, DVec2, DVec3};
 
+use crate::number::vector;
+
 /// Nearer than this to the camera nothing is projected, in units of the scene:
 /// POV-Ray sees nothing that is nearer than 1e-4.
 const NEAREST: f64 = 1e-5;
@@ -12,6 +14,8 @@ const NEAREST: f64 = 1e-5;
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     eye: DVec3,
+    /// Right, up and direction.
+    to_picture: DMat3,
     /// To parts of right, up and direction.
     to_camera: DMat3,
     /// [`NEAREST`], in lengths of the direction.
@@ -64,6 +68,7 @@ impl View {
         let to_picture = DMat3::from_cols(camera.right, camera.up, camera.direction);
         let view = Self {
             eye: camera.location,
+            to_picture,
             to_camera: to_picture.inverse(),
             nearest: NEAREST / camera.direction.length(),
             width: f64::from(size.width),
@@ -71,6 +76,20 @@ impl View {
         };
         let usable = view.to_camera.is_finite() && view.eye.is_finite() && view.nearest.is_finite();
         usable.then_some(view)
+    }
+
+    /// The text of a camera whose picture shows one column more to the left and one
+    /// row more above, and none of the last ones.
+    pub fn one_pixel_further(&self) -> String {
+        let [right, up, direction] = [0, 1, 2].map(|axis| self.to_picture.col(axis));
+        let shifted = direction - right / self.width + up / self.height;
+        format!(
+            "camera {{ perspective location {} direction {} right {} up {} }}",
+            vector(self.eye),
+            vector(shifted),
+            vector(right),
+            vector(up)
+        )
     }
 
     /// The convex outline of what is seen of the hull of these points, in
