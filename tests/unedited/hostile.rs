@@ -109,3 +109,79 @@ fn a_scene_that_never_ends_is_stopped() {
     assert!(ended.stderr.contains("did not finish"), "{}", ended.stderr);
     assert!(files(&out).iter().all(|name| !name.ends_with(".png")));
 }
+
+/// All files below a folder, by their names in it.
+fn tree(folder: &Path) -> Vec<String> {
+    let mut names = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap();
+                names.push(name.to_string_lossy().into_owned());
+            }
+        }
+    }
+    names.sort();
+    names
+}
+
+/// Files that a scene reads or writes beside its own folder: those are there in the
+/// end that POV-Ray alone leaves, with the same content.
+#[test]
+fn what_lies_outside_of_the_folder() {
+    let moving = "sphere { <0, 1 + clock, 0>, .3 pigment { rgb z } }\n";
+    let cases = [
+        ("#include \"../outside.inc\"\n", false),
+        (
+            "#fopen F \"../notes.txt\" append\n#write(F, clock)\n#fclose F\n",
+            true,
+        ),
+        (
+            "#macro Out() #fopen F \"../more.txt\" write #write(F, 1) #fclose F #end Out()\n",
+            true,
+        ),
+    ];
+    for (text, writes) in cases {
+        let [ours, its] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        for folder in [&ours, &its] {
+            std::fs::create_dir(folder.path().join("scenes")).unwrap();
+            std::fs::write(folder.path().join("outside.inc"), moving).unwrap();
+            let scene = folder.path().join("scenes/s.pov");
+            std::fs::write(scene, format!("{SCENE}{text}")).unwrap();
+        }
+        let switches = ["+W96", "+H64", "+KFF4", "-A", "+WT1"];
+        let out = tempfile::tempdir().unwrap();
+        let run = Run::new(["render", "--json"]).args(ALWAYS);
+        let run = run
+            .arg(ours.path().join("scenes/s.pov"))
+            .arg("-o")
+            .arg(out.path());
+        let ended = run.arg("--").args(switches).ends();
+        assert_eq!(ended.status, 0, "{text}: {}", ended.stderr);
+        let alone = tempfile::tempdir().unwrap();
+        let to = format!("+O{}/", alone.path().display());
+        let words = [&["s.pov"], &switches[..], &[to.as_str()]].concat();
+        crate::stock::povray(&its.path().join("scenes"), &words);
+        assert_eq!(tree(ours.path()), tree(its.path()), "{text}");
+        for name in tree(its.path()) {
+            let content = |folder: &tempfile::TempDir| std::fs::read(folder.path().join(&name));
+            assert_eq!(
+                content(&ours).unwrap(),
+                content(&its).unwrap(),
+                "{text}: {name}"
+            );
+        }
+        for picture in crate::stock::pictures(alone.path()) {
+            let name = picture.file_name().unwrap();
+            let same =
+                crate::stock::content(&out.path().join(name)) == crate::stock::content(&picture);
+            assert!(same, "{text}: {name:?}");
+        }
+        let mode = &ended.summary()["mode"];
+        assert_eq!(mode, if writes { "full" } else { "exact" }, "{text}");
+    }
+}

@@ -80,7 +80,7 @@ fn switches(dice: &mut Dice) -> Vec<String> {
         1 => &["+A0.1", "+R2"],
         2 => &["+A0.1", "+AM2", "+R2"],
         3 => &["+A0.2", "-J"],
-        _ => &["+A0.05", "+AM2", "+R3", "+J2"],
+        _ => &["+A0.05", "+AM2", "+R2", "+J2"],
     };
     let format: &[&str] = match dice.below(6) {
         0 => &["+FN16"],
@@ -96,7 +96,7 @@ fn switches(dice: &mut Dice) -> Vec<String> {
     };
     let words = size.iter().chain(antialias).chain(format);
     let mut list: Vec<String> = words.map(|word| (*word).to_owned()).collect();
-    list.push(format!("+KFF{}", 4 + dice.below(3)));
+    list.push(format!("+KFF{}", 4 + dice.below(2)));
     list
 }
 

@@ -19,6 +19,12 @@ use crate::render::RenderError;
 /// A pass of proxies is expected to save this share of what it looks at.
 const SAVES: f64 = 0.25;
 
+/// Passes that saved nothing yet may cost this share of the film.
+const RISK: f64 = 0.03;
+
+/// One block of so many tells what share of them is touched.
+const SAMPLE: usize = 7;
+
 /// The dirty blocks of each frame.
 #[derive(Debug)]
 pub struct Masks {
@@ -77,7 +83,10 @@ impl<'a> Finding<'a> {
         };
         tracing::debug!(dirty = masks.share(), only = ?masks.proxies_only, "geometry");
         let same = boxes.iter().all(|frame| frame.camera == first.camera);
-        let words = first.camera.as_ref().filter(|words| same && !words.is_empty());
+        let words = first
+            .camera
+            .as_ref()
+            .filter(|words| same && !words.is_empty());
         let view = words.and_then(|words| View::of(words, grid.size));
         let finding = Self {
             scene,
@@ -101,6 +110,7 @@ impl<'a> Finding<'a> {
         let grid = self.scene.grid();
         let block_s = costs.trace_s / grid.count() as f64;
         let mut proxy_s = block_s;
+        let mut purse_s = RISK * costs.whole_s() * self.boxes.len() as f64;
         let mut groups = vec![Group {
             frames: 0..self.boxes.len(),
             touchable: Blocks::all(grid),
@@ -123,16 +133,18 @@ impl<'a> Finding<'a> {
                     passes.push(pass);
                 }
             }
-            if passes.is_empty() {
+            let asked: usize = passes.iter().map(|pass| pass.asked.len()).sum();
+            let calls = passes.len().max(self.workers.busy()) as f64;
+            purse_s -= calls * (costs.parse_s + costs.other_s) + asked as f64 * proxy_s;
+            // The first pass was promised to pay.
+            let affordable = purse_s >= 0.0 || level == 0;
+            if passes.is_empty() || !affordable {
                 break;
             }
+            let before: usize = masks.dirty.iter().map(Blocks::len).sum();
             let (touched, trace_s) = self.touched(&passes)?;
-            let asked: usize = passes.iter().map(|pass| pass.asked.len()).sum();
             proxy_s = trace_s / asked as f64;
-            let blocks = passes.iter().flat_map(|pass| pass.asked.iter());
-            masks.pixels += blocks
-                .map(|block| grid.window(block).pixels() as u64)
-                .sum::<u64>();
+            masks.pixels += self.pixels(passes.iter().flat_map(|pass| pass.asked.iter()));
             groups = Vec::new();
             let beyond = self.beyond(&passes, &touched, costs, block_s, at_least_once)?;
             masks.pixels += beyond.pixels;
@@ -156,14 +168,51 @@ impl<'a> Finding<'a> {
                 if frames.len() > 1 {
                     let (first, _) = Hulls::halves(&self.boxes[frames.clone()]);
                     let middle = frames.start + first.len();
-                    groups.extend([frames.start..middle, middle..frames.end].map(|frames| Group {
-                        frames,
-                        touchable: touchable.clone(),
-                    }));
+                    groups.extend(
+                        [frames.start..middle, middle..frames.end].map(|frames| Group {
+                            frames,
+                            touchable: touchable.clone(),
+                        }),
+                    );
                 }
             }
+            // What was saved may be spent, but for half of it.
+            let after: usize = masks.dirty.iter().map(Blocks::len).sum();
+            purse_s += 0.5 * (before - after) as f64 * block_s;
         }
         Ok(())
+    }
+
+    /// The share of the first frame's blocks that is touched, by one block of some;
+    /// and the pixels that were traced to know.
+    pub fn sample(&self, masks: &Masks) -> Result<(f64, u64), RenderError> {
+        let grid = self.scene.grid();
+        let group = Group {
+            frames: 0..1,
+            touchable: Blocks::all(grid),
+        };
+        let Some(mut pass) = self.pass(group, masks) else {
+            return Ok((1.0, 0));
+        };
+        let mut number = 0;
+        pass.asked = Blocks::of(grid, |block| {
+            number += usize::from(pass.dirty.has(block));
+            pass.dirty.has(block) && number % SAMPLE == 1
+        });
+        let (asked, dirty) = (pass.asked.len(), pass.dirty.share());
+        if asked == 0 {
+            return Ok((dirty, 0));
+        }
+        let pixels = self.pixels(pass.asked.iter());
+        let (touched, _) = self.touched(&[pass])?;
+        let touched = touched.iter().map(|t| t.dirty(Sampling::Once).len());
+        let share = touched.sum::<usize>() as f64 / asked as f64;
+        Ok((dirty * share, pixels))
+    }
+
+    fn pixels(&self, blocks: impl Iterator<Item = usize>) -> u64 {
+        let grid = self.scene.grid();
+        blocks.map(|block| grid.window(block).pixels() as u64).sum()
     }
 
     /// What proxies for a group are asked for: the blocks that may be touched, of
@@ -233,10 +282,7 @@ impl<'a> Finding<'a> {
             let untouched = pixels.untouched_beyond().and(&open);
             tracing::debug!(asked = open.len(), clean = untouched.len(), "border");
             found.untouched[k] = untouched;
-            found.pixels += shown
-                .iter()
-                .map(|block| grid.window(block).pixels() as u64)
-                .sum::<u64>();
+            found.pixels += self.pixels(shown.iter());
         }
         Ok(found)
     }

@@ -4,6 +4,7 @@
 //! ```text
 //! text → Look (what moves; why not)
 //! two frames whole → Costs: may it pay?
+//! the middle frame: boxes, a sample of its blocks: does it promise to?
 //! boxes → geometry, proxies (masks) → the dirty blocks of each frame
 //! a frame both ways: the same? → what all frames would cost (price)
 //! sources (frames that trace for others) → the rest
@@ -160,14 +161,10 @@ impl Film<'_> {
         Ok(self.scene.trace(one(frame), &state, run)?)
     }
 
-    /// Where everything is, in each frame.
-    fn boxes(&self) -> Result<Found<Vec<FrameBoxes>>, RenderError> {
+    /// Where everything is, in each of these frames.
+    fn boxes(&self, frames: &[u32]) -> Result<Found<Vec<FrameBoxes>>, RenderError> {
         let step = self.scene.frames.step;
-        let parts = runs(
-            &self.frames,
-            step,
-            self.frames.len().div_ceil(self.workers.all()),
-        );
+        let parts = runs(frames, step, frames.len().div_ceil(self.workers.all()));
         let asked = side_by_side(&parts, self.workers.all(), |part| {
             let (scene, look) = (self.scene, self.look);
             let (sources, analysis) = (&look.sources, &look.analysis);
@@ -184,7 +181,7 @@ impl Film<'_> {
         for boxes in asked {
             found.extend(boxes.frames.into_iter().map(|frame| (frame.frame, frame)));
         }
-        let boxes = self.frames.iter().map(|frame| found.remove(frame));
+        let boxes = frames.iter().map(|frame| found.remove(frame));
         let Some(boxes) = boxes.collect::<Option<Vec<FrameBoxes>>>() else {
             let reason = "POV-Ray did not say where things are";
             return Ok(Found::Whole(vec![reason.into()]));
@@ -203,6 +200,31 @@ impl Film<'_> {
             return Ok(Found::Whole(vec![reason.into()]));
         }
         Ok(Found::This(boxes))
+    }
+
+    /// The share of blocks that is dirty in the middle frame, by some of them: it
+    /// costs little, and often says that all the rest is not worth while. Also the
+    /// pixels that were traced to know.
+    fn sounding(&self) -> Result<Found<(f64, u64)>, RenderError> {
+        let middle = [self.frames[self.frames.len() / 2]];
+        let boxes = match self.boxes(&middle)? {
+            Found::This(boxes) => boxes,
+            Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
+        };
+        let (finding, masks) =
+            Finding::by_geometry(self.scene, self.look, &boxes, self.workers, self.run);
+        let (share, pixels) = finding.sample(&masks)?;
+        tracing::debug!(share, "sounding");
+        Ok(Found::This((share, pixels)))
+    }
+
+    /// Does coherence pay for so many frames of which this share is dirty?
+    fn promises(&self, costs: &Costs, share: f64, frames: usize) -> bool {
+        let asked = Price::of(frames, costs.asked_s(), &self.workers);
+        let proxies = Price::of(1, costs.whole_s(), &self.workers);
+        let rest = Price::of(frames, costs.partial_s(share), &self.workers);
+        let stock = Price::of(frames, costs.whole_s(), &self.workers);
+        asked.and(proxies).and(rest).beats(&stock)
     }
 
     /// The dirty blocks of each frame.
@@ -301,7 +323,18 @@ impl Film<'_> {
         if !always && !price::may_pay(&trial.costs, left, &self.workers) {
             return Ok(Found::Whole(vec![DEAR.into()]));
         }
-        let boxes = match self.boxes()? {
+        if !always {
+            let (share, pixels) = match self.sounding()? {
+                Found::This(found) => found,
+                Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
+            };
+            done.block_pixels += pixels;
+            done.dirty = Some(share);
+            if !self.promises(&trial.costs, share, left) {
+                return Ok(Found::Whole(vec![DEAR.into()]));
+            }
+        }
+        let boxes = match self.boxes(&self.frames)? {
             Found::This(boxes) => boxes,
             Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
         };
@@ -509,7 +542,24 @@ pub fn forecast(
     };
     let trial = if probe { Some(film.trial()?) } else { None };
     said.costs = trial.as_ref().map(|trial| trial.costs);
-    let boxes = match film.boxes()? {
+    if let Some(trial) = &trial {
+        let (costs, left) = (&trial.costs, film.frames.len() - trial.frames.len());
+        let (share, _) = match film.sounding()? {
+            Found::This(found) => found,
+            Found::Whole(reasons) => {
+                said.whole = reasons;
+                return Ok(said);
+            }
+        };
+        said.dirty = Some(share);
+        if !price::may_pay(costs, left, &film.workers) || !film.promises(costs, share, left) {
+            let whole = Price::of(film.frames.len(), costs.whole_s(), &film.workers);
+            said.whole = vec![DEAR.into()];
+            said.prices = Some((whole, whole));
+            return Ok(said);
+        }
+    }
+    let boxes = match film.boxes(&film.frames)? {
         Found::This(boxes) => boxes,
         Found::Whole(reasons) => {
             said.whole = reasons;

@@ -51,7 +51,7 @@ impl Costs {
     }
 
     /// To ask where everything is, in a frame.
-    fn asked_s(&self) -> f64 {
+    pub fn asked_s(&self) -> f64 {
         self.parse_s + TINY_FRAME_S
     }
 }

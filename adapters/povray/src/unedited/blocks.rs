@@ -216,10 +216,7 @@ impl Pixels {
         let further = u32::from(sampling == Sampling::Neighbours);
         Blocks::of(grid, |block| {
             let own = grid.window(block);
-            let (x, y) = (
-                own.x.saturating_sub(further),
-                own.y.saturating_sub(further),
-            );
+            let (x, y) = (own.x.saturating_sub(further), own.y.saturating_sub(further));
             self.any(Window {
                 x,
                 y,

@@ -500,6 +500,7 @@ mod tests {
             read("F 1\nC up 0 1 0\nC up 0 1 0\nE\n")[0].boxes.camera,
             None
         );
-        assert_eq!(read("F 1\nL 0 1 2 3 1 2 4\nE\n")[0].boxes.camera, None);
+        assert!(read("F 1\nL 0 1 2 3 1 2 4\nE\n")[0].boxes.lost_light);
+        assert!(!read("F 1\nL 0 1 2 3 1 2 3\nE\n")[0].boxes.lost_light);
     }
 }

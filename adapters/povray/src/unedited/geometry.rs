@@ -95,9 +95,8 @@ impl Geometry {
 
     /// The blocks that are dirty in a frame.
     pub fn dirty(&self, frame: &FrameBoxes) -> Blocks {
-        let same = self.still_of(frame) == self.still
-            && frame.lights == self.lights
-            && !frame.lost_light;
+        let same =
+            self.still_of(frame) == self.still && frame.lights == self.lights && !frame.lost_light;
         if !same {
             return Blocks::all(self.grid);
         }

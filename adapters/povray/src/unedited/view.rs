@@ -97,7 +97,7 @@ impl View {
     ///
     /// # Errors
     /// Where something is not a number.
-    pub fn outline(&self, points: &[DVec3]) -> Result<Vec<DVec2>, ()> {
+    pub(super) fn outline(&self, points: &[DVec3]) -> Result<Vec<DVec2>, ()> {
         let seen: Vec<DVec3> = points
             .iter()
             .map(|p| self.to_camera * (*p - self.eye))
