@@ -12,7 +12,8 @@
 //! About the pixels:
 //!
 //! ```text
-//! Boxes → Geometry, Proxy (pixels that can be touched) → Blocks (dirty, by frame)
+//! Boxes → Hulls (boxes for groups of frames)
+//!       → Geometry, Proxy (pixels that can be touched) → Blocks (dirty, by frame)
 //!       → Schedule (keys: who traces what for whom) → Finished, Traced (frames)
 //! ```
 //!
