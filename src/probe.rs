@@ -2,9 +2,9 @@
 //! own frames.
 //!
 //! A handful of calls run side by side, so that the renderer's sleep is waited
-//! for once: a call of an empty scene with one picture and with three, the same
-//! in full size, the full scene in the tiniest window (what reading it costs),
-//! and for each pass some of its pixels, from where the picture is full and from
+//! for once: a call of an empty scene with one picture and with three, the full
+//! scene in the tiniest window (what reading it costs) and in two far corners of a
+//! picture in full size (what its other pixels cost), and for each pass some of its pixels, from where the picture is full and from
 //! where it is empty. The CPU time of every call is its own, whatever else runs.
 //! The result is kept in the cache, by all that it depends on.
 
@@ -39,7 +39,7 @@ pub struct Probed {
 
 /// The kind of its cache entries; changes with [`Costs`] and with what is
 /// rendered.
-const KIND: &str = "probe-1";
+const KIND: &str = "probe-3";
 
 /// What is kept.
 #[derive(Serialize, Deserialize)]

@@ -60,7 +60,7 @@ class Films:
         path.write_text(text)
         return path
 
-    def ladybirds(self, size, speed, frames):
+    def ladybirds(self, size, speed, frames, shadows=False):
         """The cloud, with another speed of the observer. Its pixels are square."""
         folder = self.folder_of("ladybirds")
         width, height = size
@@ -69,6 +69,10 @@ class Films:
              "--speed", repr(speed), "--frames", str(frames)],
             capture_output=True, text=True, check=True,
         ).stdout
-        path = folder / f"speed_{speed:g}_{width}x{height}_{frames}.anim"
+        if shadows:
+            text, count = re.subn(r"^\*shadows\s+0", "*shadows 1", text, count=1, flags=re.M)
+            if count != 1:
+                raise SystemExit("ladybirds: no line of shadows")
+        path = folder / f"speed_{speed:g}_{width}x{height}_{frames}_{int(shadows)}.anim"
         path.write_text(text)
         return path

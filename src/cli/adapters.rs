@@ -83,6 +83,7 @@ fn line(name: &str, abilities: &Abilities) -> Value {
         sample_position,
         crop_grid,
         block_mask,
+        masks_in_crops,
         hidden_casters,
         ray_list,
         coverage,
@@ -100,7 +101,8 @@ fn line(name: &str, abilities: &Abilities) -> Value {
         "type": "adapter", "name": name, "found": true, "version": version,
         "csg": csg, "fragments": fragments, "depth_with_colour": depth_with_colour,
         "depth": depth, "sample_position": [sample_position.0, sample_position.1],
-        "crop_grid": crop_grid, "block_mask": block_mask, "hidden_casters": hidden_casters,
+        "crop_grid": crop_grid, "block_mask": block_mask, "masks_in_crops": masks_in_crops,
+        "hidden_casters": hidden_casters,
         "ray_list": ray_list, "coverage": coverage, "shadows": shadows, "optics": optics,
         "jobs": jobs, "call_overhead_s": call_overhead_s, "units": units,
     })

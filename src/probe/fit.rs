@@ -1,7 +1,7 @@
 //! From measured calls to costs: each number from the calls that tell it, where
 //! the ones before are known.
 
-use super::sample::{Measured, Question};
+use super::sample::{Measured, Question, Sample};
 use crate::plan::{Costs, Parsed, Pass, PixelCost};
 
 /// The costs that explain the samples; what no sample tells is taken from
@@ -15,12 +15,15 @@ pub fn costs(samples: &[Measured], known: &Costs) -> Costs {
     calls(&mut costs, &of(Question::Empty));
     sleep(&mut costs, samples);
     own(&mut costs, samples);
-    if let [canvas] = of(Question::Canvas)[..] {
-        let pictures = costs.picture_cpu_s * canvas.sample.pictures();
-        let rest = canvas.cpu_s - costs.call_cpu_s - pictures;
-        costs.canvas_pixel_s = (rest / canvas.sample.canvas).max(0.0);
-    }
     reading(&mut costs, &of(Question::Read));
+    if let [canvas] = of(Question::Canvas)[..] {
+        let sample = &canvas.sample;
+        let rest =
+            canvas.cpu_s - before(&costs, sample) - known.colour.of(sample.pixels, sample.covered);
+        costs.canvas_pixel_s = (rest / sample.canvas).max(0.0);
+    } else {
+        costs.canvas_pixel_s = 0.0;
+    }
     costs.colour = pixels(&costs, &of(Question::Pixels(Pass::Whole)), known.colour);
     // Without a sample a pass costs what its kin costs, as in plain scenes.
     let dearer = mean(&costs.colour) / mean(&known.colour);
@@ -139,6 +142,12 @@ fn reading(costs: &mut Costs, samples: &[&Measured]) {
     }
 }
 
+/// What a call costs before it draws anything.
+fn before(costs: &Costs, sample: &Sample) -> f64 {
+    let reading = costs.instance_s * sample.parsed.instances + costs.byte_s * sample.parsed.bytes;
+    costs.call_cpu_s + reading + costs.picture_cpu_s * sample.pictures()
+}
+
 /// The cost of a pass's pixels: from a full and an empty part of its pictures,
 /// where they are far enough apart to tell what a covered pixel costs more; the
 /// two parts of `known`, scaled, where they are not.
@@ -148,11 +157,7 @@ fn pixels(costs: &Costs, samples: &[&Measured], known: PixelCost) -> PixelCost {
         .iter()
         .map(|measured| {
             let sample = &measured.sample;
-            let pictures = sample.pictures();
-            let reading = costs.instance_s * sample.parsed.instances
-                + costs.byte_s * sample.parsed.bytes
-                + costs.picture_cpu_s * pictures;
-            let before = costs.call_cpu_s + reading + costs.canvas_pixel_s * sample.canvas;
+            let before = before(costs, sample) + costs.canvas_pixel_s * sample.canvas;
             let left = (measured.cpu_s - before).max(0.0);
             (sample.pixels, sample.covered, left)
         })

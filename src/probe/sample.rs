@@ -8,7 +8,7 @@ use decor_api::{
 };
 use nix::time::{ClockId, clock_gettime};
 
-use crate::film::FrameState;
+use crate::film::{FrameState, ObjectState};
 use crate::plan::{BlockSet, Coverage, FramePlan, Parsed, Pass, Period, Plan, Seen, Survey};
 use crate::stage::Stage;
 
@@ -32,7 +32,7 @@ const CANVAS_RATIO: f64 = 3.0;
 /// What a call is there to tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
-    /// What a call costs, and its pictures: of an empty scene.
+    /// What a call costs, and its pictures: of a scene with next to nothing.
     Empty,
     /// What a picture of full size costs of which next to nothing is traced.
     Canvas,
@@ -107,16 +107,23 @@ pub fn samples(stage: &Stage, plan: &Plan) -> Vec<Sample> {
 
     let everything = survey.seen(&state, |_| true);
     let scene = Arc::new(stage.scene(&state, |_| true));
-    let empty = Arc::new(stage.scene(&state, |_| false));
-    let nothing = Seen::nothing(size);
+    // Without any object a renderer may not even be called.
+    let by_bytes = |a: &&ObjectState<'_>, b: &&ObjectState<'_>| {
+        survey.bytes_of(a).total_cmp(&survey.bytes_of(b))
+    };
+    let least = state.objects.iter().min_by(by_bytes).map(|o| o.id);
+    let empty = Arc::new(stage.scene(&state, |object| Some(object.id) == least));
+    let nothing = Seen::nothing(stage);
     let corner = asker.emptiest_block(everything.coverage());
     let mut samples = vec![
         asker.windows(Question::Empty, &nothing, &empty, &[corner]),
         asker.windows(Question::Empty, &nothing, &empty, &[corner; 3]),
         asker.windows(Question::Read, &everything, &scene, &[corner; 2]),
     ];
-    if stage.adapter.abilities().block_mask {
-        samples.push(asker.canvas(&empty, corner));
+    // Where every picture is as large as the frame, all of them tell.
+    let can = stage.adapter.abilities();
+    if can.block_mask && can.masks_in_crops {
+        samples.push(asker.canvas(&everything, &scene));
     }
     let all = asker.all_blocks();
     let depth_scene = survey.seen(&state, |object| !survey.is_fast(object));
@@ -131,7 +138,7 @@ pub fn samples(stage: &Stage, plan: &Plan) -> Vec<Sample> {
         let mut blocks = BlockSet::none(size);
         fast.iter().for_each(|&window| blocks.insert(window));
         let blocks = blocks.numbers();
-        let select = |object: &crate::film::ObjectState<'_>| survey.in_fast_layer(object, &state);
+        let select = |object: &ObjectState<'_>| survey.in_fast_layer(object, &state);
         let seen = survey.seen(&state, select);
         let scene = Arc::new(stage.scene(&state, select));
         samples.extend(asker.pixels(Pass::Fast, &seen, &scene, &blocks));
@@ -250,13 +257,18 @@ impl Asker<'_> {
         }
     }
 
-    fn canvas(&self, empty: &Arc<Scene>, corner: Window) -> Sample {
-        let number = corner.y / BLOCK * self.columns() + corner.x / BLOCK;
-        let nothing = Seen::nothing(self.stage.size());
-        let mut sample = self.blocks(Question::Canvas, &nothing, empty, vec![number]);
+    /// Two opposite corners of the picture: no crop around them is smaller. Of the
+    /// full scene, since a mask may be something that rays are shot at.
+    fn canvas(&self, everything: &Seen, scene: &Arc<Scene>) -> Sample {
+        let all = self.all_blocks();
+        let ends = [all.first(), all.last()].into_iter().flatten().copied();
+        let mut numbers: Vec<u32> = ends.collect();
+        numbers.dedup();
+        let mut sample = self.blocks(Question::Canvas, everything, scene, numbers);
         // Twice: less depends on chance.
         sample.shots.push(sample.shots[0].clone());
         sample.pixels *= 2.0;
+        sample.covered *= 2.0;
         sample.canvas *= 2.0;
         sample
     }

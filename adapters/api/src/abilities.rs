@@ -32,6 +32,9 @@ pub struct Abilities {
     pub crop_grid: Option<u32>,
     /// Can it render any set of blocks of the full picture in one call?
     pub block_mask: bool,
+    /// Does it hold blocks in a picture no larger than they need, and not in one of
+    /// the whole frame's size, whose other pixels cost something too?
+    pub masks_in_crops: bool,
     /// Can objects be hidden from the camera and still cast shadows?
     pub hidden_casters: bool,
     /// Can it shoot a list of rays, and so say how much light arrives at points?

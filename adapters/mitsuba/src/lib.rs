@@ -161,6 +161,7 @@ fn abilities(version: &str) -> Abilities {
         sample_position: (0.5, 0.5),
         crop_grid: Some(BLOCK),
         block_mask: true,
+        masks_in_crops: false,
         hidden_casters: false,
         ray_list: false,
         coverage: true,

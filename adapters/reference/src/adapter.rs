@@ -38,6 +38,7 @@ impl Default for Reference {
                 sample_position: (0.5, 0.5),
                 crop_grid: Some(BLOCK),
                 block_mask: true,
+                masks_in_crops: true,
                 hidden_casters: true,
                 ray_list: true,
                 coverage: true,

@@ -227,8 +227,8 @@ impl Work {
             }
         }
         let stride = period.frames.len().div_ceil(SAMPLED).max(1);
-        let mut scene = Seen::nothing(size);
-        let mut fast = Seen::nothing(size);
+        let mut scene = Seen::nothing(stage);
+        let mut fast = Seen::nothing(stage);
         for (k, (number, plan)) in (period.start..).zip(&period.frames).enumerate() {
             if k % stride == 0 {
                 let state = stage.film.frame(number);
@@ -272,7 +272,7 @@ impl Work {
                     if *sky {
                         frame
                             .pictures
-                            .push(Seen::nothing(size).picture(Pass::Sky, whole));
+                            .push(Seen::nothing(stage).picture(Pass::Sky, whole));
                         frame.merged += size.pixels() as f64;
                     }
                     for &window in windows {
@@ -358,15 +358,18 @@ fn needs_fast(plan: &FramePlan) -> bool {
 /// Some objects of a frame: where they are seen, and what it takes to read them.
 pub struct Seen {
     size: Size,
+    masks_in_crops: bool,
     coverage: Coverage,
     parsed: Parsed,
 }
 
 impl Seen {
     /// No object.
-    pub fn nothing(size: Size) -> Self {
+    pub fn nothing(stage: &Stage) -> Self {
+        let size = stage.size();
         Self {
             size,
+            masks_in_crops: stage.adapter.abilities().masks_in_crops,
             coverage: Coverage::none(size),
             parsed: Parsed::default(),
         }
@@ -411,7 +414,11 @@ impl Seen {
             covered: windows.iter().map(|&w| self.coverage.of(w)).sum(),
             window: (around.width, around.height),
             masked: true,
-            canvas: if 2.0 * crop <= whole { crop } else { whole },
+            canvas: if self.masks_in_crops && 2.0 * crop <= whole {
+                crop
+            } else {
+                whole
+            },
             parsed: self.parsed,
         }
     }
@@ -443,6 +450,12 @@ impl<'a> Survey<'a> {
         }
     }
 
+    /// What its description takes to read.
+    pub fn bytes_of(&self, object: &ObjectState<'_>) -> f64 {
+        let id = self.stage.prototype_id(object);
+        self.bytes.get(&id).copied().unwrap_or(0.0)
+    }
+
     /// Is it rendered in every frame?
     pub fn is_fast(&self, object: &ObjectState<'_>) -> bool {
         self.classes
@@ -468,7 +481,7 @@ impl<'a> Survey<'a> {
         state: &FrameState<'_>,
         mut select: impl FnMut(&ObjectState<'_>) -> bool,
     ) -> Seen {
-        let mut seen = Seen::nothing(self.stage.size());
+        let mut seen = Seen::nothing(self.stage);
         let mut read: HashMap<PrototypeId, ()> = HashMap::new();
         for object in state.objects.iter().filter(|object| select(object)) {
             let id = self.stage.prototype_id(object);
