@@ -258,7 +258,7 @@ impl Asker<'_> {
     }
 
     /// Two opposite corners of the picture: no crop around them is smaller. Of the
-    /// full scene, since a mask may be something that rays are shot at.
+    /// full scene, as blocks are.
     fn canvas(&self, everything: &Seen, scene: &Arc<Scene>) -> Sample {
         let all = self.all_blocks();
         let ends = [all.first(), all.last()].into_iter().flatten().copied();
