@@ -59,14 +59,7 @@ fn ppm(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, Pic
     if max != 65535 {
         return Err(PictureError::Format);
     }
-    let short = || PictureError::Short {
-        width,
-        height,
-        window,
-    };
-    if window.right() > width || window.bottom() > height {
-        return Err(short());
-    }
+    let short = shortage(width, height, window)?;
     let mut out = Vec::with_capacity(window.pixels());
     for y in window.y..window.bottom() {
         let from = 6 * (y as usize * width as usize + window.x as usize);
@@ -79,6 +72,24 @@ fn ppm(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, Pic
         }));
     }
     Ok(out)
+}
+
+/// The error of a picture that ends early; that error itself, where a picture of
+/// this size cannot hold `window`.
+fn shortage(
+    width: u32,
+    height: u32,
+    window: Window,
+) -> Result<impl Fn() -> PictureError + Copy, PictureError> {
+    let short = move || PictureError::Short {
+        width,
+        height,
+        window,
+    };
+    if window.right() > width || window.bottom() > height {
+        return Err(short());
+    }
+    Ok(short)
 }
 
 /// The numbers of a binary PPM's `window` as they are: red, green and blue of
@@ -105,14 +116,7 @@ pub fn encoded(mut file: impl BufRead, window: Window, bits: u8) -> Result<Vec<u
     if !header.starts_with(b"P6") || max != (1 << bits) - 1 {
         return Err(PictureError::Format);
     }
-    let short = || PictureError::Short {
-        width,
-        height,
-        window,
-    };
-    if window.right() > width || window.bottom() > height {
-        return Err(short());
-    }
+    let short = shortage(width, height, window)?;
     let pixel = 3 * usize::from(bits / 8);
     let mut row = vec![0; pixel * width as usize];
     let mut bytes = Vec::with_capacity(pixel * window.pixels());
@@ -155,14 +159,7 @@ fn png(file: &[u8], window: Window, coding: Coding) -> Result<Vec<[f32; 4]>, Pic
     if info.bit_depth != png::BitDepth::Sixteen || info.color_type != png::ColorType::Rgba {
         return Err(PictureError::Format);
     }
-    let short = || PictureError::Short {
-        width,
-        height,
-        window,
-    };
-    if window.right() > width || window.bottom() > height {
-        return Err(short());
-    }
+    let short = shortage(width, height, window)?;
     let mut data = vec![0; reader.output_buffer_size().ok_or_else(short)?];
     reader.next_frame(&mut data)?;
     let mut out = Vec::with_capacity(window.pixels());
