@@ -49,6 +49,7 @@
 //! | block | a square of 32 by 32 pixels on the renderer's own grid |
 
 pub mod animation;
+mod casters;
 pub mod cli;
 pub mod compare;
 pub mod dissolve;

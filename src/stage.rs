@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use decor_api::{
-    Adapter, AdapterError, Antialias, Camera, Fragment, Instance, NativeFile, Prototype,
-    PrototypeId, Region, RunContext, Scene, Size, Sphere, Surroundings, Window,
+    Adapter, AdapterError, Antialias, Camera, Fragment, NativeFile, Prototype, PrototypeId, Region,
+    RunContext, Scene, Size, Sphere, Surroundings, Window,
 };
 
 use crate::film::{Film, FilmErrors, FrameState, NamedFile, ObjectState};
@@ -314,10 +314,7 @@ impl Stage {
             .objects
             .iter()
             .filter(|object| select(object))
-            .map(|object| Instance {
-                prototype: self.prototype_id(object),
-                pose: object.pose,
-            })
+            .map(|object| self.instance(object))
             .collect();
         let sky = state.sky.and_then(|sky| {
             self.props

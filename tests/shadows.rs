@@ -184,6 +184,49 @@ fn shadows_fall_on_a_decor_that_a_moving_observer_sees() {
     }
 }
 
+/// Everything stands still but the observer: what is near is fast in the picture, and
+/// its shadow rests on what is far.
+#[test]
+fn a_decor_has_the_shadows_of_what_only_the_observer_passes() {
+    let folder = tempfile::tempdir().unwrap();
+    let stone = "material((colour: (0.8, 0.7, 0.6)), sphere(radius: 1))";
+    std::fs::write(folder.path().join("stone.ron"), stone).unwrap();
+    let mut text = String::from(
+        "*size 200 150\n*images 12\n*shadows 1\n*angles 50 38.5\n\
+         *eye 0 3 -30  0.02 0 0\n*aim 0 0 0  0.02 0 0\n*light 0 5.5 -28 1 1 1 point\n",
+    );
+    for k in 0..80 {
+        let (x, z) = (f64::from(k % 10) * 4.0 - 18.0, f64::from(k / 10) * 6.0 + 6.0);
+        text += &format!("!stone.ron {x} -1.5 {z} 0 0 0 name=far_{k}\n");
+    }
+    for (k, x) in [-4.0, -2.0, 0.5].into_iter().enumerate() {
+        text += &format!("!stone.ron {x} 3.2 -14 0 0 0 name=near_{k}\n");
+    }
+    let path = folder.path().join("stones.anim");
+    std::fs::write(&path, &text).unwrap();
+    let (ours, plain) = (folder.path().join("ours"), folder.path().join("plain"));
+    let run = |out: &Path, options: &[&str]| {
+        let run = Run::new(["render"]).arg(&path).args(["--json", "-o"]);
+        run.arg(out).args(options).succeeds().summary()
+    };
+    run(&plain, &["--baseline"]);
+    let dark = || (0..12).map(|n| dark_pixels(&frame(&ours, n), &frame(&plain, n)));
+    let common = ["--period", "6", "--no-fallback", "--threshold", "1"];
+    run(&ours, &[&common[..], &["--mode", "preview"]].concat());
+    let without = dark().max().unwrap();
+    let summary = run(&ours, &common);
+    let with = dark().max().unwrap();
+    assert!(without > 50, "shadows of near stones are seen: {without}");
+    assert!(with * 10 < without, "{with} of {without} pixels lack a shadow");
+    for period in summary["periods"].as_array().unwrap() {
+        assert_eq!(period["whole"], serde_json::Value::Null, "{period}");
+        assert!(period["objects"]["fast"].as_u64().unwrap() >= 3, "{period}");
+    }
+    let traced = &summary["pixels_traced"];
+    assert_eq!(traced["whole"], 0, "{traced}");
+    println!("{with} pixels lack a shadow, {without} in preview; {traced}");
+}
+
 /// What reaches everywhere is rendered everywhere, and said.
 #[test]
 fn radiosity_and_photons_are_rendered_whole() {

@@ -72,11 +72,14 @@ pub fn seen_in(
     blocks: &BlockSet,
 ) -> Option<HashSet<ObjectId>> {
     let abilities = stage.adapter.abilities();
-    let casts = state.shadows && !state.lights.is_empty() && abilities.shadows;
     let mut objects = state.objects.iter();
     let optical =
         abilities.optics && objects.any(|object| stage.prototype(object).optics != Optics::Opaque);
-    if wishes.mode != Mode::Equivalent || casts || optical || state.antialias.is_some() {
+    if wishes.mode != Mode::Equivalent
+        || stage.has_shadows(state)
+        || optical
+        || state.antialias.is_some()
+    {
         return None;
     }
     let objects = state.objects.iter();

@@ -1,6 +1,6 @@
 //! What is rendered where in the frames of one period.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use decor_api::{Bounds, Optics, Window};
 
@@ -48,7 +48,9 @@ impl Maker<'_> {
             start,
             frames: vec![FramePlan::Whole; (last - start + 1) as usize],
             objects,
+            resting: HashSet::new(),
             threshold_px: self.threshold_px,
+            still: false,
             sky: None,
             dissolve_until: None,
             end,
@@ -87,10 +89,7 @@ impl Maker<'_> {
 
     /// Do shadows fall, and does the mode care?
     fn casts(&self, state: &FrameState<'_>) -> bool {
-        state.shadows
-            && !state.lights.is_empty()
-            && self.abilities().shadows
-            && self.wishes.mode != Mode::Preview
+        self.stage.has_shadows(state) && self.wishes.mode != Mode::Preview
     }
 
     /// What moves under lights is not kept, however little it moves in the
@@ -98,7 +97,7 @@ impl Maker<'_> {
     fn follow_shadows(&self, states: &[FrameState<'_>], objects: &mut [Segmented]) {
         let first: HashMap<ObjectId, &ObjectState<'_>> =
             states[0].objects.iter().map(|o| (o.id, o)).collect();
-        let moving: std::collections::HashSet<ObjectId> = states[1..]
+        let moving: HashSet<ObjectId> = states[1..]
             .iter()
             .flat_map(|state| &state.objects)
             .filter(|object| {
@@ -114,6 +113,42 @@ impl Maker<'_> {
                 object.reason = Reason::ShadowMoves;
             }
         }
+    }
+
+    /// The fast objects that are the same in all these frames: only the observer
+    /// moves. The décor can have their shadows once and for all, where the renderer
+    /// draws shadows of what is not seen.
+    fn resting(
+        &self,
+        (start, last): (u32, u32),
+        target: Option<u32>,
+        objects: &[Segmented],
+    ) -> HashSet<ObjectId> {
+        let first = self.state(start);
+        let observer_moves = || (start..=last).any(|n| self.state(n).camera != first.camera);
+        let is_of_use = self.wishes.mode == Mode::Equivalent
+            && self.casts(&first)
+            && self.abilities().hidden_casters
+            && observer_moves();
+        if !is_of_use {
+            return HashSet::new();
+        }
+        let fast = objects.iter().filter(|o| o.class == Class::Fast);
+        let fast: HashSet<ObjectId> = fast.map(|o| o.object).collect();
+        let as_at_first = first.objects.iter().filter(|o| fast.contains(&o.id));
+        let mut resting: HashMap<ObjectId, &ObjectState<'_>> =
+            as_at_first.map(|o| (o.id, o)).collect();
+        for number in (start + 1..=last).chain(target) {
+            let state = self.state(number);
+            let now: HashMap<ObjectId, &ObjectState<'_>> =
+                state.objects.iter().map(|o| (o.id, o)).collect();
+            resting.retain(|id, before| {
+                now.get(id).is_some_and(|now| {
+                    (now.pose, now.description) == (before.pose, before.description)
+                })
+            });
+        }
+        resting.into_keys().collect()
     }
 
     /// The frame whose poses a décor of `start` dissolves towards: the first one
@@ -175,14 +210,18 @@ impl Maker<'_> {
         let sky_moves = sky.is_some_and(|sky| sky.class == Class::Fast);
         let moving = sky_moves || objects.iter().any(|o| o.class == Class::Fast);
         let stays = objects.iter().any(|o| o.class.in_decor());
-        let casts = self.casts(&first);
+        let resting = self.resting((start, last), target, &objects);
+        let casts = self.casts(&first)
+            && objects
+                .iter()
+                .any(|o| o.class == Class::Fast && !resting.contains(&o.object));
         let whole = if !stays && moving {
             Some(WholeReason::NothingStays)
-        } else if casts && moving && !self.stage.draws_blocks() {
+        } else if casts && !self.stage.draws_blocks() {
             Some(WholeReason::Shadows)
         } else if moving && self.wishes.mode == Mode::Exact && !self.stage.draws_blocks() {
             Some(WholeReason::NoParts)
-        } else if casts && self.endless_moves(&objects, &first) {
+        } else if casts && self.endless_moves(&objects, &resting, &first) {
             Some(WholeReason::Unconfined("something without an end".into()))
         } else if sky_moves && self.stage.antialias().is_some() {
             // Pixels that are half sky are neither's.
@@ -192,12 +231,16 @@ impl Maker<'_> {
         };
         let slow = objects.iter().any(|o| o.class == Class::Slow)
             || sky.is_some_and(|sky| sky.class == Class::Slow);
+        let rests = (start..=last).all(|n| self.state(n).camera == first.camera);
+        let still = rests && !slow;
         let count = (last - start + 1) as usize;
         let mut period = Period {
             start,
             frames: vec![FramePlan::Whole; count],
             objects,
+            resting,
             threshold_px: self.threshold_px,
+            still,
             sky,
             dissolve_until: target.filter(|_| slow && whole.is_none()),
             end,
@@ -209,14 +252,21 @@ impl Maker<'_> {
         period
     }
 
-    /// Is there something without an end among what moves?
-    fn endless_moves(&self, objects: &[Segmented], first: &FrameState<'_>) -> bool {
+    /// Is there something without an end among what moves in the world?
+    fn endless_moves(
+        &self,
+        objects: &[Segmented],
+        resting: &HashSet<ObjectId>,
+        first: &FrameState<'_>,
+    ) -> bool {
         let endless = |id: ObjectId| {
             let object = first.objects.iter().find(|object| object.id == id);
             object.is_none_or(|o| self.stage.prototype(o).bounds == Bounds::Unbounded)
         };
         // What is not there at first is looked at by its identity's description.
-        let mut fast = objects.iter().filter(|o| o.class == Class::Fast);
+        let mut fast = objects
+            .iter()
+            .filter(|o| o.class == Class::Fast && !resting.contains(&o.object));
         fast.any(|o| {
             if first.objects.iter().any(|object| object.id == o.object) {
                 endless(o.object)
@@ -235,7 +285,8 @@ impl Maker<'_> {
         let whole = period.frames.clone();
         self.lay_by(period, first, Way::Merged);
         let fast = |frame: &FramePlan| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty());
-        if !self.may_have_islands(first) || !period.frames.iter().any(fast) {
+        let may_have_islands = self.may_have_islands(period, first);
+        if !may_have_islands || !period.frames.iter().any(fast) {
             return;
         }
         let mut by_islands = Period {
@@ -252,11 +303,12 @@ impl Maker<'_> {
 
     /// May fast objects be drawn in blocks from the full scene, although there are
     /// objects in the décor that move?
-    fn may_have_islands(&self, first: &FrameState<'_>) -> bool {
+    fn may_have_islands(&self, period: &Period, first: &FrameState<'_>) -> bool {
+        let moving = || period.objects.iter().any(|object| period.is_moving(object));
         self.wishes.mode == Mode::Equivalent
             && self.abilities().block_mask
             && !self.wishes.with_depth
-            && !self.casts(first)
+            && !(self.casts(first) && moving())
             && first.antialias.is_none()
     }
 
@@ -278,7 +330,8 @@ impl Maker<'_> {
         let sky_moves = period.sky.is_some_and(|sky| sky.class == Class::Fast);
         let limit = WORTHWHILE * self.stage.size().pixels() as f64;
         for (number, frame) in (period.start..).zip(&mut period.frames) {
-            let layered = self.lay_frame(&self.state(number), &classes, &shown, sky_moves, way);
+            let state = self.state(number);
+            let layered = self.lay_frame(&state, &classes, &period.resting, &shown, sky_moves, way);
             let Some(layered) = layered else { continue };
             if !self.wishes.fallback || self.frame_cost(&layered) <= limit {
                 *frame = layered;
@@ -316,6 +369,7 @@ impl Maker<'_> {
         &self,
         state: &FrameState<'_>,
         classes: &HashMap<ObjectId, Class>,
+        resting: &HashSet<ObjectId>,
         shown: &[Window],
         sky: bool,
         way: Way,
@@ -328,7 +382,10 @@ impl Maker<'_> {
             .values()
             .any(|class| !matches!(class, Class::Immobile));
         // Is what moves drawn from the full scene, and not merged?
-        let casts = alive && self.casts(state);
+        let casts = self.casts(state)
+            && classes
+                .iter()
+                .any(|(id, class)| *class == Class::Fast && !resting.contains(id));
         let all_from_scene = way == Way::Islands || self.all_from_scene(state, classes, casts);
         for object in &state.objects {
             let is_fast = classes.get(&object.id) == Some(&Class::Fast);
@@ -361,7 +418,7 @@ impl Maker<'_> {
             blocks = islands(self.stage, state, classes, self.threshold_px, blocks)?;
         }
         let shadows = casts.then(|| ShadowPlan {
-            expected_pixels: self.shadow_pixels(state, classes, &blocks),
+            expected_pixels: self.shadow_pixels(state, classes, resting, &blocks),
             replaces_boxes: all_from_scene,
             by_map: !all_from_scene && self.by_map(state),
         });
@@ -420,6 +477,7 @@ impl Maker<'_> {
         &self,
         state: &FrameState<'_>,
         classes: &HashMap<ObjectId, Class>,
+        resting: &HashSet<ObjectId>,
         blocks: &BlockSet,
     ) -> f64 {
         let (mut changed, mut decor) = (Vec::new(), Vec::new());
@@ -430,7 +488,7 @@ impl Maker<'_> {
                 .is_some_and(|class| class.in_decor())
             {
                 decor.push(prototype.bounds.posed(&object.pose));
-            } else {
+            } else if !resting.contains(&object.id) {
                 let parts = self.stage.parts(object);
                 changed.push(Changed::placed(prototype, parts, &object.pose));
             }

@@ -12,6 +12,7 @@ mod make;
 mod outlines;
 mod windows;
 
+use std::collections::HashSet;
 use std::fmt;
 
 use decor_api::Window;
@@ -29,6 +30,7 @@ pub use make::{PlanError, plan};
 pub(crate) use outlines::Outlines;
 pub use windows::gathered;
 
+use crate::film::ObjectId;
 use crate::segmentation::{Class, Measure, Segmented};
 
 /// What the frames promise.
@@ -260,8 +262,14 @@ pub struct Period {
     pub frames: Vec<FramePlan>,
     /// Every object of the period.
     pub objects: Vec<Segmented>,
+    /// Fast objects that stand still in the world while the observer moves: under
+    /// lights, the décor has their shadows and does not show them.
+    pub resting: HashSet<ObjectId>,
     /// Objects move so far in the picture, in pixels, and stay in the décor.
     pub threshold_px: f64,
+    /// Does neither the observer move nor anything that the décor shows? Then what
+    /// was rendered of it is right to the pixel in every frame.
+    pub still: bool,
     /// The sky, where there is one and the observer moves.
     pub sky: Option<SkyMotion>,
     /// The frame whose poses the décor dissolves towards, where it does: the one
@@ -292,6 +300,12 @@ impl Period {
     /// How many objects have this class.
     pub fn count(&self, class: Class) -> usize {
         self.objects.iter().filter(|o| o.class == class).count()
+    }
+
+    /// Is it rendered in every frame, and does it move in the world? Then nobody
+    /// knows before where its shadow falls.
+    pub fn is_moving(&self, object: &Segmented) -> bool {
+        !object.class.in_decor() && !self.resting.contains(&object.object)
     }
 
     /// Is a décor rendered?

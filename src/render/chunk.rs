@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use decor_api::{
-    AdapterError, Bounds, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window,
+    AdapterError, Instance, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window,
 };
 
 use super::RenderError;
@@ -15,8 +15,8 @@ use super::execution::{Execution, join};
 use super::ground::PeriodGround;
 use super::influenced::Blocks;
 use super::shading::Shades;
+use crate::casters::casters;
 use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::influence::may_shade;
 use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_length, seen_in};
 use crate::probe::cores;
 
@@ -192,31 +192,24 @@ impl Execution<'_> {
             }
             belongs
         });
-        let casts = self.plan.wishes.mode != Mode::Preview
-            && state.shadows
-            && self.stage.adapter.abilities().hidden_casters;
-        if casts {
-            let bounds =
-                |object: &ObjectState<'_>| self.stage.prototype(object).bounds.posed(&object.pose);
-            let receivers: Vec<Bounds> = state
-                .objects
-                .iter()
-                .filter(|object| drawn.contains(&object.id))
-                .map(bounds)
-                .collect();
-            let may_shade = |object: &ObjectState<'_>| {
-                let caster = bounds(object);
-                state.lights.iter().any(|light| {
-                    let mut receivers = receivers.iter();
-                    receivers.any(|receiver| may_shade(light, &caster, receiver))
-                })
-            };
-            let hidden = self.stage.scene(state, |object| {
-                !drawn.contains(&object.id) && may_shade(object)
-            });
-            scene.hidden = hidden.instances;
-        }
+        scene.hidden = self.hidden(state, &drawn, |object| !drawn.contains(&object.id));
         scene
+    }
+
+    /// Those of `unseen` that may shade what is drawn of a frame, where the mode
+    /// cares.
+    pub fn hidden(
+        &self,
+        state: &FrameState<'_>,
+        drawn: &HashSet<ObjectId>,
+        unseen: impl Fn(&ObjectState<'_>) -> bool,
+    ) -> Vec<Instance> {
+        if self.plan.wishes.mode == Mode::Preview {
+            return Vec::new();
+        }
+        let is_drawn = |object: &ObjectState<'_>| drawn.contains(&object.id);
+        let found = casters(self.stage, state, is_drawn, unseen).into_iter();
+        found.map(|object| self.stage.instance(object)).collect()
     }
 
     /// Is a fast object drawn in the fast layer? Not where it is out of view

@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use decor_api::{Camera, Layer, Optics, Prototype, Window};
+use decor_api::{Layer, Optics, Prototype, Window};
 
 use super::execution::Execution;
 use super::ground::PeriodGround;
@@ -94,7 +94,7 @@ impl Execution<'_> {
             .collect();
         let (mut changed, mut optical, mut slender) = (Vec::new(), Vec::new(), Vec::new());
         for object in &state.objects {
-            if !kept.contains(&object.id) {
+            if !kept.contains(&object.id) && !period.resting.contains(&object.id) {
                 let prototype = self.stage.prototype(object);
                 let parts = self.stage.parts(object);
                 changed.push(Changed::placed(prototype, parts, &object.pose));
@@ -128,15 +128,20 @@ impl Execution<'_> {
         };
         match influence(&still, &changed, None) {
             Influence::Everything(_) => None,
-            Influence::Confined(mask) if shadows.replaces_boxes && period.threshold_px <= 0.0 => {
+            Influence::Confined(mask) if shadows.replaces_boxes && period.still => {
                 // POV-Ray compares the pixels of a block's first row and column
                 // with those before them.
                 Some((mask.dilated().blocks(), None))
             }
             Influence::Confined(mask) if shadows.by_map => Some((BlockSet::none(size), Some(mask))),
             Influence::Confined(mask) => {
-                let mut blocks =
-                    self.shaded(&mask, &view.camera, &state.camera, period.threshold_px);
+                // Surfaces may have moved since their depth was measured.
+                let moved_px = if period.still {
+                    0.0
+                } else {
+                    period.threshold_px
+                };
+                let mut blocks = self.shaded(&mask, moved_px);
                 if shadows.replaces_boxes {
                     // The observer may have moved since: what is seen is where it
                     // is seen now.
@@ -156,16 +161,11 @@ impl Execution<'_> {
         }
     }
 
-    /// The blocks that may be shaded, where surfaces may have moved by the
-    /// threshold since their depth was measured.
-    fn shaded(&self, mask: &Mask, then: &Camera, now: &Camera, threshold_px: f64) -> BlockSet {
+    /// The blocks that may be shaded, where surfaces may have moved by so many
+    /// pixels since their depth was measured.
+    fn shaded(&self, mask: &Mask, moved_px: f64) -> BlockSet {
         let size = self.stage.size();
-        let rests = then == now && threshold_px <= 0.0;
-        let around = 1 + if rests {
-            0
-        } else {
-            threshold_px.ceil().min(1e6) as u32
-        };
+        let around = 1 + moved_px.ceil().min(1e6) as u32;
         let mut blocks = BlockSet::none(size);
         for y in 0..size.height {
             let mut x = 0;

@@ -69,15 +69,14 @@ impl Execution<'_> {
         let mut joint = self.pictures(wanted)?;
         if let Some(begins) = wanted.begins.filter(|period| period.by_map()) {
             let state = self.stage.film.frame(begins.start);
-            let kept = decor_objects(begins);
-            let scene = self.stage.scene(&state, |object| kept.contains(&object.id));
+            let scene = self.decor_scene(&state, &Shown::by(begins));
             let lighting = self.lighting(begins, &scene, begins.start)?;
             joint.lighting = Some(Arc::new(lighting));
         }
         if let Some(ends) = wanted.ends.filter(|period| period.by_map())
             && let Some(until) = ends.dissolve_until
         {
-            let scene = self.target_scene(ends, until, &decor_objects(ends));
+            let scene = self.target_scene(ends, until);
             let lighting = self.lighting(ends, &scene, until)?;
             joint.target_lighting = Some(Arc::new(lighting));
         }
@@ -130,11 +129,11 @@ impl Execution<'_> {
         if let (Some(ends), Some(begins)) = (wanted.ends, wanted.begins)
             && until == Some(begins.start)
         {
-            let (old, new) = (decor_objects(ends), decor_objects(begins));
+            let (old, new) = (Shown::by(ends), Shown::by(begins));
             let depth = self.depth_of(ends) || self.depth_of(begins);
             let same = self.same_scene(ends, begins);
             if same && old == new {
-                let layer = Arc::new(self.decor(begins.start, &old, depth, "decor")?);
+                let layer = Arc::new(self.decor(begins.start, &new, depth, "decor")?);
                 return Ok(Joint {
                     samples: self.samples(begins)?.map(Arc::new),
                     decor: Some(Arc::clone(&layer)),
@@ -145,7 +144,9 @@ impl Execution<'_> {
             if same {
                 let state = self.stage.film.frame(begins.start);
                 let blocks = self.stage.adapter.abilities().block_mask;
-                let joint = if depth || !blocks {
+                let joint = if !self.is_apart(&state, &old, &new) {
+                    None
+                } else if depth || !blocks {
                     self.in_common(&state, &old, &new)?
                 } else {
                     self.in_common_by_blocks(&state, &old, &new)?
@@ -159,9 +160,8 @@ impl Execution<'_> {
             let target = wanted.ends.and_then(|period| {
                 let until = period.dissolve_until?;
                 Some(scope.spawn(move || {
-                    let objects = decor_objects(period);
-                    let depth = self.depth_of(period);
-                    self.target(period, until, &objects, depth)
+                    let scene = self.target_scene(period, until);
+                    self.picture(until, scene, self.depth_of(period), "target")
                 }))
             });
             let samples = wanted
@@ -169,7 +169,7 @@ impl Execution<'_> {
                 .map(|period| scope.spawn(|| self.samples(period)));
             let decor = wanted.begins.map(|period| {
                 let depth = self.depth_of(period);
-                self.decor(period.start, &decor_objects(period), depth, "decor")
+                self.decor(period.start, &Shown::by(period), depth, "decor")
             });
             (decor, target.map(join), samples.map(join))
         });
@@ -200,15 +200,16 @@ impl Execution<'_> {
             .all(|o| pose(&before, o.object) == pose(&after, o.object))
     }
 
-    /// Is what is seen of an object its own, whatever else there is, and each
-    /// pixel one object's alone?
-    fn is_apart(&self, state: &FrameState<'_>) -> bool {
+    /// Is what is seen of an object the same in both décors, whatever else they
+    /// show, and each pixel one object's alone?
+    fn is_apart(&self, state: &FrameState<'_>, old: &Shown, new: &Shown) -> bool {
         let abilities = self.stage.adapter.abilities();
         let opaque = |object: &ObjectState<'_>| {
             self.stage.prototype(object).optics == Optics::Opaque || !abilities.optics
         };
-        let shadows = state.shadows && !state.lights.is_empty() && abilities.shadows;
-        !shadows && self.stage.antialias().is_none() && state.objects.iter().all(opaque)
+        let same_light = !self.stage.has_shadows(state)
+            || abilities.hidden_casters && old.lit_among == new.lit_among;
+        same_light && self.stage.antialias().is_none() && state.objects.iter().all(opaque)
     }
 
     /// Where no depth is needed: the new décor rendered whole, and the old one's
@@ -216,27 +217,30 @@ impl Execution<'_> {
     fn in_common_by_blocks(
         &self,
         state: &FrameState<'_>,
-        old: &HashSet<ObjectId>,
-        new: &HashSet<ObjectId>,
+        old: &Shown,
+        new: &Shown,
     ) -> Result<Option<Joint>, RenderError> {
         let (size, frame) = (self.stage.size(), state.number);
         let mut blocks = BlockSet::none(size);
         for object in &state.objects {
-            if old.contains(&object.id) != new.contains(&object.id) {
+            if old.drawn.contains(&object.id) != new.drawn.contains(&object.id) {
                 blocks.insert_all(self.stage.silhouette(object, &state.camera));
             }
         }
         let pixels = blocks.pixels();
-        if !self.is_apart(state) || pixels as f64 > PARTICULAR_SHARE * size.pixels() as f64 {
+        if pixels as f64 > PARTICULAR_SHARE * size.pixels() as f64 {
             return Ok(None);
         }
         let particular = || {
             if blocks.is_empty() {
                 return Ok(None);
             }
-            let scene = self.stage.scene(state, |object| {
-                old.contains(&object.id) && self.stage.is_seen_in(object, &state.camera, &blocks)
-            });
+            let seen = |object: &&ObjectState<'_>| {
+                old.drawn.contains(&object.id)
+                    && self.stage.is_seen_in(object, &state.camera, &blocks)
+            };
+            let seen = old.only(state.objects.iter().filter(seen).map(|object| object.id));
+            let scene = self.decor_scene(state, &seen);
             let region = Region::Blocks(blocks.numbers());
             let colour = Output::ColourOverBackground;
             let label = format!("target_{frame:04}");
@@ -265,49 +269,37 @@ impl Execution<'_> {
     }
 
     /// The objects that both décors have, rendered once, and what is particular
-    /// to each merged into it. `None` where that would not be the same picture,
-    /// or where it would not be cheaper.
+    /// to each merged into it. `None` where that would not be cheaper.
     fn in_common(
         &self,
         state: &FrameState<'_>,
-        old: &HashSet<ObjectId>,
-        new: &HashSet<ObjectId>,
+        old: &Shown,
+        new: &Shown,
     ) -> Result<Option<Joint>, RenderError> {
-        if !self.is_apart(state) {
-            return Ok(None);
-        }
         let (size, frame) = (self.stage.size(), state.number);
-        let common: HashSet<ObjectId> = old.intersection(new).copied().collect();
-        let windows = |set: &HashSet<ObjectId>| {
-            let particular = state
-                .objects
-                .iter()
-                .filter(|object| set.contains(&object.id) && !common.contains(&object.id));
+        let common = old.only(old.drawn.intersection(&new.drawn).copied());
+        let old = old.only(old.drawn.difference(&common.drawn).copied());
+        let new = new.only(new.drawn.difference(&common.drawn).copied());
+        let windows = |particular: &Shown| {
+            let objects = state.objects.iter();
+            let particular = objects.filter(|object| particular.drawn.contains(&object.id));
             let windows: Vec<Window> = particular
                 .map(|object| self.stage.window(object, &state.camera))
                 .collect();
             gathered(&windows, size, false)
         };
-        let (old_windows, new_windows) = (windows(old), windows(new));
+        let (old_windows, new_windows) = (windows(&old), windows(&new));
         let pixels: usize = old_windows
             .iter()
             .chain(&new_windows)
             .map(|window| window.pixels())
             .sum();
-        if common.is_empty() || pixels as f64 > PARTICULAR_SHARE * size.pixels() as f64 {
+        if common.drawn.is_empty() || pixels as f64 > PARTICULAR_SHARE * size.pixels() as f64 {
             return Ok(None);
         }
         let (ground, olds, news) = std::thread::scope(|scope| {
-            let olds = scope.spawn(|| {
-                self.particular(state, &old_windows, "target", |object| {
-                    old.contains(&object.id) && !common.contains(&object.id)
-                })
-            });
-            let news = scope.spawn(|| {
-                self.particular(state, &new_windows, "decor", |object| {
-                    new.contains(&object.id) && !common.contains(&object.id)
-                })
-            });
+            let olds = scope.spawn(|| self.particular(state, &old_windows, "target", &old));
+            let news = scope.spawn(|| self.particular(state, &new_windows, "decor", &new));
             let ground = self.decor(frame, &common, true, "common");
             (ground, join(olds), join(news))
         });
@@ -325,12 +317,12 @@ impl Execution<'_> {
         state: &FrameState<'_>,
         windows: &[Window],
         label: &str,
-        mut select: impl FnMut(&ObjectState<'_>) -> bool,
+        shown: &Shown,
     ) -> Result<Vec<(Layer, Layer)>, RenderError> {
         if windows.is_empty() {
             return Ok(Vec::new());
         }
-        let scene = Arc::new(self.stage.scene(state, &mut select));
+        let scene = Arc::new(self.decor_scene(state, shown));
         let with_sky = self.stage.surroundings(state).sky_on_objects;
         let mut layers = Vec::new();
         for (k, &window) in windows.iter().enumerate() {
@@ -400,7 +392,7 @@ impl Execution<'_> {
         let (Some(width), Some(height)) = (side(size.width), side(size.height)) else {
             return Ok(None);
         };
-        if !period.replaces_boxes() || period.threshold_px > 0.0 || pixels > MOST_SAMPLES {
+        if !period.replaces_boxes() || !period.still || pixels > MOST_SAMPLES {
             return Ok(None);
         }
         let state = self.stage.film.frame(period.start);
@@ -426,31 +418,28 @@ impl Execution<'_> {
     fn decor(
         &self,
         frame: u32,
-        objects: &HashSet<ObjectId>,
+        shown: &Shown,
         with_depth: bool,
         label: &str,
     ) -> Result<Layer, RenderError> {
-        let state = self.stage.film.frame(frame);
-        let scene = self
-            .stage
-            .scene(&state, |object| objects.contains(&object.id));
+        let scene = self.decor_scene(&self.stage.film.frame(frame), shown);
         self.picture(frame, scene, with_depth, label)
+    }
+
+    /// Some objects of a frame, in the light that they stand in.
+    fn decor_scene(&self, state: &FrameState<'_>, shown: &Shown) -> Scene {
+        let drawn = &shown.drawn;
+        let mut scene = self.stage.scene(state, |o| drawn.contains(&o.id));
+        scene.hidden = self.hidden(state, drawn, |o| {
+            shown.lit_among.contains(&o.id) && !drawn.contains(&o.id)
+        });
+        scene
     }
 
     /// What a period's décor has turned into in frame `until`. What stands still
     /// in the period stays where it is there.
-    fn target(
-        &self,
-        period: &Period,
-        until: u32,
-        objects: &HashSet<ObjectId>,
-        with_depth: bool,
-    ) -> Result<Layer, RenderError> {
-        let scene = self.target_scene(period, until, objects);
-        self.picture(until, scene, with_depth, "target")
-    }
-
-    fn target_scene(&self, period: &Period, until: u32, objects: &HashSet<ObjectId>) -> Scene {
+    fn target_scene(&self, period: &Period, until: u32) -> Scene {
+        let objects = decor_objects(period);
         let (before, after) = (
             self.stage.film.frame(period.start),
             self.stage.film.frame(until),
@@ -468,6 +457,7 @@ impl Execution<'_> {
             .stage
             .scene(&before, |object| still.contains(&object.id));
         scene.instances.extend(rest.instances);
+        scene.hidden = self.hidden(&before, &objects, |o| period.resting.contains(&o.id));
         scene
     }
 
@@ -494,6 +484,34 @@ impl Execution<'_> {
         layer.depth = depth.depth;
         layer.depth_quantum = depth.depth_quantum;
         Ok(layer)
+    }
+}
+
+/// What a picture shows, and in whose shadows.
+#[derive(PartialEq, Eq)]
+struct Shown {
+    /// The objects that are seen.
+    drawn: HashSet<ObjectId>,
+    /// Those that stand in the light: the drawn ones, and others.
+    lit_among: HashSet<ObjectId>,
+}
+
+impl Shown {
+    /// By a period's décor: with the shadows of all that rests.
+    fn by(period: &Period) -> Self {
+        let drawn = decor_objects(period);
+        Self {
+            lit_among: drawn.union(&period.resting).copied().collect(),
+            drawn,
+        }
+    }
+
+    /// Some of the objects, in the same light.
+    fn only(&self, drawn: impl IntoIterator<Item = ObjectId>) -> Self {
+        Self {
+            drawn: drawn.into_iter().collect(),
+            lit_among: self.lit_among.clone(),
+        }
     }
 }
 

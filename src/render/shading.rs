@@ -238,7 +238,10 @@ impl Execution<'_> {
             .filter(|o| o.class.in_decor())
             .map(|o| o.object)
             .collect();
-        let fast = self.stage.scene(state, |object| !kept.contains(&object.id));
+        // The décor has the shadows of what rests.
+        let fast = self.stage.scene(state, |object| {
+            !kept.contains(&object.id) && !period.resting.contains(&object.id)
+        });
         let all = self.stage.scene(state, |_| true);
         Casters {
             fast: fast.instances.into(),
@@ -257,7 +260,7 @@ fn fast_bounds(execution: &Execution<'_>, period: &Period) -> Vec<Bounds> {
     let fast: HashSet<ObjectId> = period
         .objects
         .iter()
-        .filter(|o| !o.class.in_decor())
+        .filter(|o| period.is_moving(o))
         .map(|o| o.object)
         .collect();
     let mut bounds = Vec::new();

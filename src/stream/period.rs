@@ -19,9 +19,7 @@ use crate::plan::{
 };
 use crate::probe::cores;
 use crate::render::PeriodGround;
-use crate::segmentation::{
-    Class, Measure, Reason, Rule, Segmented, same_environment, segment_towards,
-};
+use crate::segmentation::{Class, Reason, Rule, Segmented, same_environment, segment_towards};
 use crate::stage::Stage;
 
 /// Frames that are rendered whole before a décor is tried again, also where
@@ -196,7 +194,7 @@ impl Planner<'_> {
             open.turned(&before, &now)?;
             Vec::new()
         } else {
-            open.verify(stage, &before, &now, self.wishes.measure)?
+            open.verify(stage, &before, &now, self.wishes)?
         };
         let mut frame = Period {
             start: number,
@@ -247,7 +245,7 @@ impl Open {
         stage: &Stage,
         before: &FrameState<'_>,
         now: &FrameState<'_>,
-        measure: Measure,
+        wishes: &Wishes,
     ) -> Result<Vec<Segmented>, Over> {
         let failed = |what: &str| Err(Over::Failed(what.into()));
         let first = self.stage.film.frame(self.period.start);
@@ -268,9 +266,15 @@ impl Open {
         }
         let rule = Rule {
             threshold_px: self.period.threshold_px,
-            measure,
+            measure: wishes.measure,
             size: stage.size(),
         };
+        if stage.has_shadows(now)
+            && wishes.mode != Mode::Preview
+            && let Some(name) = self.shadow_moves(&first, now)
+        {
+            return Err(Over::Failed(format!("{name} moves, and its shadow")));
+        }
         if !self.sky_holds(&first, now, target.as_ref(), &rule) {
             return failed("the sky moves farther in the picture");
         }
@@ -312,6 +316,23 @@ impl Open {
             return Err(Over::Failed(format!("{name} appears")));
         }
         Ok(appeared)
+    }
+
+    /// An object that the décor has the shadow of, and that is not where it was.
+    fn shadow_moves<'f>(&self, first: &FrameState<'f>, now: &FrameState<'_>) -> Option<&'f str> {
+        let objects = self.period.objects.iter();
+        let resting: HashSet<ObjectId> = objects
+            .filter(|o| !self.period.is_moving(o) && o.reason != Reason::Empty)
+            .map(|o| o.object)
+            .collect();
+        let now: HashMap<ObjectId, &ObjectState<'_>> =
+            now.objects.iter().map(|o| (o.id, o)).collect();
+        let mut objects = first.objects.iter().filter(|o| resting.contains(&o.id));
+        let moved = objects.find(|before| {
+            now.get(&before.id)
+                .is_none_or(|now| (now.pose, now.description) != (before.pose, before.description))
+        });
+        moved.map(|object| object.name)
     }
 
     fn sky_holds(
@@ -370,8 +391,11 @@ impl Open {
                 .filter(|o| o.class.in_decor())
                 .map(|o| o.object)
                 .collect();
-            let objects = state.objects.iter().filter(|o| kept.contains(&o.id));
-            objects.map(|o| (o.id, o.description, o.pose)).collect()
+            let in_light = |id| kept.contains(id) || open.period.resting.contains(id);
+            let objects = state.objects.iter().filter(|o| in_light(&o.id));
+            objects
+                .map(|o| (o.id, o.description, o.pose, kept.contains(&o.id)))
+                .collect()
         };
         if self.period.has_decor()
             && (decor.depth.is_some() || !needs_depth)

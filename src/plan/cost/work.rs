@@ -3,12 +3,13 @@
 //! All that is ever asked of the renderer is listed in one function,
 //! [`Work::of`]: a new pass is a line there.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use decor_api::{Csg, Geometry, Optics, PrototypeId, Size, Window};
 use serde::{Deserialize, Serialize};
 
 use super::coverage::Coverage;
+use crate::casters::casters;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::plan::{FramePlan, Mode, Period, Wishes, seen_in};
 use crate::segmentation::Class;
@@ -185,7 +186,10 @@ impl Work {
         let first = stage.film.frame(period.start);
         let layered = period.frames.iter().any(|f| *f != FramePlan::Whole);
         if period.has_decor() && layered {
-            let seen = survey.seen(&first, |object| !survey.is_fast(object));
+            let mut seen = survey.seen(&first, |object| !survey.is_fast(object));
+            let drawn = |object: &ObjectState<'_>| !survey.is_fast(object);
+            let resting = |object: &ObjectState<'_>| period.resting.contains(&object.id);
+            survey.read_casters(&mut seen, &first, drawn, resting);
             work.ground.push(seen.picture(Pass::Decor, whole));
             let with_depth = period.needs_depth() || wishes.with_depth;
             if with_depth {
@@ -194,7 +198,7 @@ impl Work {
             work.ground_encoded = size.pixels() as f64;
             if let Some(antialias) = stage.antialias()
                 && period.replaces_boxes()
-                && period.threshold_px <= 0.0
+                && period.still
             {
                 // The depth of the samples.
                 let times = f64::from(antialias.depth * antialias.depth);
@@ -248,7 +252,9 @@ impl Work {
                     });
                 }
                 if rest.iter().any(needs_fast) {
-                    fast = survey.seen(&state, |object| survey.in_fast_layer(object, &state));
+                    let drawn = |object: &ObjectState<'_>| survey.in_fast_layer(object, &state);
+                    fast = survey.seen(&state, drawn);
+                    survey.read_casters(&mut fast, &state, drawn, |o| !drawn(o));
                 }
             }
             let mut frame = FrameWork {
@@ -361,6 +367,8 @@ pub struct Seen {
     masks_in_crops: bool,
     coverage: Coverage,
     parsed: Parsed,
+    /// The descriptions that are read.
+    read: HashSet<PrototypeId>,
 }
 
 impl Seen {
@@ -372,6 +380,7 @@ impl Seen {
             masks_in_crops: stage.adapter.abilities().masks_in_crops,
             coverage: Coverage::none(size),
             parsed: Parsed::default(),
+            read: HashSet::new(),
         }
     }
 
@@ -430,6 +439,8 @@ pub struct Survey<'a> {
     classes: HashMap<ObjectId, Class>,
     /// Are optical objects drawn with the full scene, and not in a layer?
     optical_in_blocks: bool,
+    /// Do shadows matter to the mode?
+    casts: bool,
     bytes: HashMap<PrototypeId, f64>,
 }
 
@@ -443,6 +454,7 @@ impl<'a> Survey<'a> {
             optical_in_blocks: stage.adapter.abilities().optics
                 && wishes.mode != Mode::Preview
                 && !wishes.with_depth,
+            casts: wishes.mode != Mode::Preview,
             bytes: table
                 .iter()
                 .map(|(id, prototype)| (id, bytes(&prototype.geometry)))
@@ -475,6 +487,21 @@ impl<'a> Survey<'a> {
         state.shadows || self.stage.is_in_view(object, &state.camera)
     }
 
+    /// Adds what only casts shadows on what is `drawn` to what is read with it.
+    pub fn read_casters(
+        &self,
+        seen: &mut Seen,
+        state: &FrameState<'_>,
+        drawn: impl Fn(&ObjectState<'_>) -> bool,
+        unseen: impl Fn(&ObjectState<'_>) -> bool,
+    ) {
+        if self.casts {
+            for object in casters(self.stage, state, drawn, unseen) {
+                self.read(seen, object);
+            }
+        }
+    }
+
     /// Those objects of a frame that `select` takes.
     pub fn seen(
         &self,
@@ -482,18 +509,22 @@ impl<'a> Survey<'a> {
         mut select: impl FnMut(&ObjectState<'_>) -> bool,
     ) -> Seen {
         let mut seen = Seen::nothing(self.stage);
-        let mut read: HashMap<PrototypeId, ()> = HashMap::new();
         for object in state.objects.iter().filter(|object| select(object)) {
             let id = self.stage.prototype_id(object);
             let bounds = self.stage.library.table.get(id).bounds;
             seen.coverage
                 .add(&bounds.posed(&object.pose), &state.camera);
-            seen.parsed.instances += 1.0;
-            if read.insert(id, ()).is_none() {
-                seen.parsed.bytes += self.bytes.get(&id).copied().unwrap_or(0.0);
-            }
+            self.read(&mut seen, object);
         }
         seen
+    }
+
+    /// An object is read, and its description where no other has it.
+    fn read(&self, seen: &mut Seen, object: &ObjectState<'_>) {
+        seen.parsed.instances += 1.0;
+        if seen.read.insert(self.stage.prototype_id(object)) {
+            seen.parsed.bytes += self.bytes_of(object);
+        }
     }
 }
 
