@@ -196,7 +196,10 @@ fn a_decor_has_the_shadows_of_what_only_the_observer_passes() {
          *eye 0 3 -30  0.02 0 0\n*aim 0 0 0  0.02 0 0\n*light 0 5.5 -28 1 1 1 point\n",
     );
     for k in 0..80 {
-        let (x, z) = (f64::from(k % 10) * 4.0 - 18.0, f64::from(k / 10) * 6.0 + 6.0);
+        let (x, z) = (
+            f64::from(k % 10) * 4.0 - 18.0,
+            f64::from(k / 10) * 6.0 + 6.0,
+        );
         text += &format!("!stone.ron {x} -1.5 {z} 0 0 0 name=far_{k}\n");
     }
     for (k, x) in [-4.0, -2.0, 0.5].into_iter().enumerate() {
@@ -217,7 +220,10 @@ fn a_decor_has_the_shadows_of_what_only_the_observer_passes() {
     let summary = run(&ours, &common);
     let with = dark().max().unwrap();
     assert!(without > 50, "shadows of near stones are seen: {without}");
-    assert!(with * 10 < without, "{with} of {without} pixels lack a shadow");
+    assert!(
+        with * 10 < without,
+        "{with} of {without} pixels lack a shadow"
+    );
     for period in summary["periods"].as_array().unwrap() {
         assert_eq!(period["whole"], serde_json::Value::Null, "{period}");
         assert!(period["objects"]["fast"].as_u64().unwrap() >= 3, "{period}");

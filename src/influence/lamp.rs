@@ -17,9 +17,10 @@
 //! - 1 − σ = 1 − ‖P − L′‖/‖X′ − L′‖ ≤ 1 − (‖c−L‖ − r − ρ)/(‖X−L‖ + ρ + t·spread):
 //!   the penumbra of what is close to the ground is narrow.
 
-use decor_api::{Bounds, Light, LightKind, Sphere};
+use decor_api::{Bounds, Light, LightKind, Sphere, area_samples};
 use glam::DVec3;
 
+use super::Solid;
 use super::distance::{half_strip_squared, segment_squared, triangle_squared};
 
 /// Rounding, relative to the lengths involved: far more than a few operations
@@ -106,6 +107,30 @@ impl Lamp {
         })
     }
 
+    /// Where its light starts, as exactly as it is known: at each sample of an area
+    /// light, where they are not too many.
+    pub fn sources(light: &Light, eye: DVec3) -> Vec<Self> {
+        const MOST_SAMPLES: u32 = 64;
+        let whole = Self::of(light, eye);
+        let (LightKind::Area { u, v, nu, nv }, Some(Self::At { centre, .. })) = (light.kind, whole)
+        else {
+            return whole.into_iter().collect();
+        };
+        if nu.saturating_mul(nv) > MOST_SAMPLES {
+            return whole.into_iter().collect();
+        }
+        let rows = area_samples(nv).into_iter();
+        rows.flat_map(|(q, _)| {
+            let row = area_samples(nu).into_iter();
+            row.map(move |(p, _)| Self::At {
+                centre: centre + u * p + v * q,
+                radius: 0.0,
+                cone: None,
+            })
+        })
+        .collect()
+    }
+
     fn is_finite(&self) -> bool {
         match self {
             Self::At { centre, radius, .. } => centre.is_finite() && radius.is_finite(),
@@ -128,6 +153,30 @@ impl Lamp {
                 !is_dark && blocks_lamp(ball, beam, centre, radius)
             }
             Self::Sun { back, plane } => blocks_sun(ball, beam, back, plane),
+        }
+    }
+}
+
+impl Lamp {
+    /// Can a box stand between the lamp and a point of `beam`? Asked where the ball
+    /// around it can. `false` is certain: all points of the beam are within `off` of
+    /// the middle one, and so is what lies between them and a light from that.
+    pub fn may_be_blocked_by(&self, solid: &Solid, beam: &Beam) -> bool {
+        if !beam.far.is_finite() {
+            return true;
+        }
+        let middle = beam.direction * (0.5 * (beam.near + beam.far));
+        let off = 0.5 * (beam.far - beam.near) + beam.slack(beam.far);
+        match *self {
+            Self::Anywhere => true,
+            Self::At { centre, radius, .. } => {
+                let margin = off + radius + ROUNDING * (beam.far + centre.length() + radius);
+                solid.meets_segment(middle, centre, margin)
+            }
+            Self::Sun { back, .. } => {
+                let margin = off + ROUNDING * (beam.far + solid.ball().centre.length());
+                solid.meets_ray(middle, back, margin)
+            }
         }
     }
 }
@@ -284,6 +333,20 @@ impl Beam {
         let entry = along - (r * r - off_squared).max(0.0).sqrt();
         let end = self.far + self.slack(self.far) + ROUNDING * distance;
         !(is_hidden_beyond && entry > end)
+    }
+
+    /// The same of a box; asked where the ball around it can be seen.
+    pub fn may_show_box(&self, solid: &Solid, is_hidden_beyond: bool) -> bool {
+        let ball = solid.ball();
+        let reach = ball.centre.length() + ball.radius;
+        let margin = (self.spread + ROUNDING) * reach;
+        let end = if is_hidden_beyond {
+            let end = self.far + self.slack(self.far) + ROUNDING * reach;
+            end.min(reach + margin)
+        } else {
+            reach + margin
+        };
+        solid.meets_segment(DVec3::ZERO, self.direction * end, margin)
     }
 }
 

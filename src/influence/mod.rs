@@ -48,6 +48,7 @@ mod estimate;
 mod lamp;
 mod mask;
 mod parts;
+mod solid;
 mod trace;
 
 use std::fmt;
@@ -59,6 +60,7 @@ pub use estimate::estimated_shadows;
 pub use lamp::{Beam, Lamp, may_shade};
 pub use mask::{Cause, Mask};
 pub use parts::{is_slender, parts, thickness};
+pub use solid::Solid;
 
 /// What is the same in the décor and in the frame.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +75,9 @@ pub struct Still<'a> {
     pub shadows: bool,
     /// Does the renderer look between the pixels' centres?
     pub antialiased: bool,
+    /// Are only the mask's [blocks](Mask::blocks) asked for, dilated? Then pixels are
+    /// told apart no finer than blocks need it, which is quicker.
+    pub by_blocks: bool,
     /// How far the décor's surfaces are.
     pub depths: Depths<'a>,
     /// Where the décor can show something that mirrors or lets light through.
@@ -90,6 +95,9 @@ pub struct Changed {
     /// Spheres that enclose it together, tighter than the whole; none: the
     /// whole is all that is known.
     pub parts: Vec<Sphere>,
+    /// Boxes that enclose it together, too, where there are some: these are taken
+    /// where depth is known.
+    pub boxes: Vec<Solid>,
 }
 
 impl Changed {
@@ -98,6 +106,7 @@ impl Changed {
         Self {
             whole,
             parts: Vec::new(),
+            boxes: Vec::new(),
         }
     }
 
@@ -113,6 +122,11 @@ impl Changed {
         Self {
             whole: prototype.bounds.posed(pose),
             parts: parts.unwrap_or_default(),
+            boxes: prototype
+                .extents
+                .iter()
+                .map(|extent| Solid::placed(extent, pose))
+                .collect(),
         }
     }
 }
@@ -210,6 +224,7 @@ mod tests {
             lights,
             shadows,
             antialiased: false,
+            by_blocks: false,
             depths: Depths::at_centres(&wall),
             optical: &[],
             slender: &[],
@@ -297,6 +312,7 @@ mod tests {
             lights: &[],
             shadows: true,
             antialiased: true,
+            by_blocks: false,
             depths: Depths::at_centres(&wall),
             optical: &[Window {
                 x: 90,

@@ -6,17 +6,23 @@ use rayon::prelude::*;
 
 use super::depths::Range;
 use super::lamp::{Beam, Lamp};
-use super::{Cause, Changed, Mask, Still};
+use super::{Cause, Changed, Mask, Solid, Still};
 use crate::motion::screen_box;
+use crate::plan::BLOCK;
 
-/// Sides of the squares that are asked as a whole, in pixels.
-const SIDES: [u32; 2] = [32, 8];
+/// Sides of the squares that are asked as a whole, in pixels; the largest is a
+/// block's.
+const SIDES: [u32; 2] = [BLOCK, 8];
+
+/// The side of the smallest squares where only blocks are asked for: their pixels
+/// are not told apart.
+const SMALLEST: u32 = 2;
 
 /// A renderer's rays are rounded: never by more than this part of a pixel.
 const RAY_ERROR_PX: f64 = 0.02;
 
 /// What may be seen, or may block a lamp, in some part of the picture: numbers
-/// of balls.
+/// of wholes and lamps, or of parts and sources.
 #[derive(Clone, Debug, Default)]
 struct Suspects {
     seen: Vec<u32>,
@@ -27,15 +33,52 @@ impl Suspects {
     fn is_empty(&self) -> bool {
         self.seen.is_empty() && self.casting.is_empty()
     }
+
+    /// Their causes, added up.
+    fn cause(&self) -> u8 {
+        causes_of(!self.seen.is_empty(), !self.casting.is_empty())
+    }
+}
+
+fn causes_of(is_seen: bool, is_shadowed: bool) -> u8 {
+    let code = |holds: bool, cause: Cause| if holds { cause as u8 } else { 0 };
+    code(is_seen, Cause::Seen) | code(is_shadowed, Cause::Shadowed)
 }
 
 struct Tracer<'a> {
     still: &'a Still<'a>,
-    lamps: Vec<Lamp>,
+    /// Each lamp, and the range of its sources.
+    lamps: Vec<(Lamp, std::ops::Range<u32>)>,
+    sources: Vec<Lamp>,
     /// Relative to the eye: what encloses each object, and for each the range of
     /// its parts.
     wholes: Vec<(Sphere, std::ops::Range<u32>)>,
-    parts: Vec<Sphere>,
+    parts: Vec<Part>,
+}
+
+/// What encloses a part of an object: a ball, and a box in it where one is known.
+struct Part {
+    ball: Sphere,
+    solid: Option<Solid>,
+}
+
+/// A block on the way: is something of it marked?
+struct Tile {
+    window: Window,
+    is_marked: bool,
+}
+
+impl Tile {
+    /// Does a square need no look? In a marked block only what lies at its border
+    /// matters, where it may reach the next one.
+    fn is_done(&self, cell: Window) -> bool {
+        let Self { window, is_marked } = self;
+        *is_marked
+            && cell.x > window.x
+            && cell.y > window.y
+            && cell.right() < window.right()
+            && cell.bottom() < window.bottom()
+    }
 }
 
 /// The mask of everything that has an end.
@@ -57,19 +100,31 @@ pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
     for window in tracer.slender_windows() {
         mark(&mut causes, window, Cause::Shadowed);
     }
-    let band = SIDES[0] as usize * size.width as usize;
+    let rows = SIDES[0] as usize * size.width as usize;
     causes
-        .par_chunks_mut(band.max(1))
+        .par_chunks_mut(rows.max(1))
         .enumerate()
         .for_each(|(number, rows)| {
             let y = number as u32 * SIDES[0];
-            let window = Window {
+            let band = Window {
                 x: 0,
                 y,
                 width: size.width,
                 height: SIDES[0].min(size.height - y),
             };
-            tracer.square(window, SIDES[0], &tracer.everything(), y, rows);
+            let everything = tracer.everything();
+            for x in (0..size.width).step_by(SIDES[0] as usize) {
+                let window = Window {
+                    x,
+                    width: SIDES[0].min(size.width - x),
+                    ..band
+                };
+                let mut tile = Tile {
+                    window,
+                    is_marked: false,
+                };
+                tracer.square(window, SIDES[0], &everything, y, rows, &mut tile);
+            }
         });
     Mask::from_causes(size, causes)
 }
@@ -82,28 +137,45 @@ impl<'a> Tracer<'a> {
             // What the subtraction rounds away.
             radius: ball.radius + 1e-14 * (ball.centre.abs().max_element() + eye.length()),
         };
-        let lamps = if still.shadows {
-            let lamps = still.lights.iter();
-            lamps.filter_map(|light| Lamp::of(light, eye)).collect()
-        } else {
-            Vec::new()
-        };
+        let (mut lamps, mut sources) = (Vec::new(), Vec::new());
+        let lights = still.lights.iter().filter(|_| still.shadows);
+        for light in lights {
+            let Some(lamp) = Lamp::of(light, eye) else {
+                continue;
+            };
+            let first = sources.len() as u32;
+            sources.extend(Lamp::sources(light, eye));
+            lamps.push((lamp, first..sources.len() as u32));
+        }
         let (mut wholes, mut parts) = (Vec::new(), Vec::new());
         for object in changed {
             let Bounds::Sphere(whole) = &object.whole else {
                 continue;
             };
             let first = parts.len() as u32;
-            if object.parts.is_empty() {
-                parts.push(relative(whole));
+            let within = |ball: &Sphere| Part {
+                ball: relative(ball),
+                solid: None,
+            };
+            if !object.boxes.is_empty() {
+                parts.extend(object.boxes.iter().map(|solid| {
+                    let solid = solid.from(eye);
+                    Part {
+                        ball: solid.ball(),
+                        solid: Some(solid),
+                    }
+                }));
+            } else if object.parts.is_empty() {
+                parts.push(within(whole));
             } else {
-                parts.extend(object.parts.iter().map(relative));
+                parts.extend(object.parts.iter().map(within));
             }
             wholes.push((relative(whole), first..parts.len() as u32));
         }
         Self {
             still,
             lamps,
+            sources,
             wholes,
             parts,
         }
@@ -137,9 +209,9 @@ impl<'a> Tracer<'a> {
                     radius: ball.radius,
                 };
                 let beam = Beam::to_ball(&ball, still.camera.forward);
-                self.lamps.iter().any(|lamp| {
+                self.lamps.iter().any(|(lamp, _)| {
                     let mut parts = self.parts.iter();
-                    parts.any(|part| lamp.may_be_blocked(part, &beam))
+                    parts.any(|part| lamp.may_be_blocked(&part.ball, &beam))
                 })
             }
         };
@@ -202,13 +274,13 @@ impl<'a> Tracer<'a> {
             return left;
         }
         let parts = |object: u32| self.wholes[object as usize].1.clone();
+        let sources = |lamp: u32| self.lamps[lamp as usize].1.clone();
+        let pairs = left.casting.iter().flat_map(|&(lamp, object)| {
+            sources(lamp).flat_map(move |source| parts(object).map(move |part| (source, part)))
+        });
         let parts = Suspects {
             seen: left.seen.iter().flat_map(|&o| parts(o)).collect(),
-            casting: left
-                .casting
-                .iter()
-                .flat_map(|&(lamp, o)| parts(o).map(move |part| (lamp, part)))
-                .collect(),
+            casting: pairs.collect(),
         };
         self.reached(&beam, range, &parts, false)
     }
@@ -216,41 +288,71 @@ impl<'a> Tracer<'a> {
     /// Who of `suspects` matters to a beam.
     fn reached(&self, beam: &Beam, range: Range, suspects: &Suspects, whole: bool) -> Suspects {
         let mut left = Suspects::default();
-        for &ball in &suspects.seen {
-            if self.shows(beam, range, self.ball(ball, whole)) {
-                left.seen.push(ball);
-            }
+        if whole {
+            let is_seen = |&&o: &&u32| self.shows(beam, range, &self.wholes[o as usize].0);
+            left.seen.extend(suspects.seen.iter().filter(is_seen));
+        } else {
+            let is_seen = |&&part: &&u32| self.shows_part(beam, range, part);
+            left.seen.extend(suspects.seen.iter().filter(is_seen));
         }
-        if range.any {
-            for &(lamp, ball) in &suspects.casting {
-                if self.lamps[lamp as usize].may_be_blocked(self.ball(ball, whole), beam) {
-                    left.casting.push((lamp, ball));
-                }
-            }
+        if !range.any {
+            return left;
+        }
+        let casting = suspects.casting.iter();
+        if whole {
+            left.casting.extend(casting.filter(|(lamp, object)| {
+                let ball = &self.wholes[*object as usize].0;
+                self.lamps[*lamp as usize].0.may_be_blocked(ball, beam)
+            }));
+        } else {
+            left.casting
+                .extend(casting.filter(|pair| self.casts(beam, **pair)));
         }
         left
     }
 
-    fn ball(&self, number: u32, whole: bool) -> &Sphere {
-        if whole {
-            &self.wholes[number as usize].0
-        } else {
-            &self.parts[number as usize]
-        }
-    }
-
     /// Surfaces hide what is behind them where all of them are known.
     fn shows(&self, beam: &Beam, range: Range, ball: &Sphere) -> bool {
-        beam.may_show(ball, range.any && !range.gap && !self.guesses())
+        beam.may_show(ball, self.hides(range))
+    }
+
+    fn hides(&self, range: Range) -> bool {
+        range.any && !range.gap && !self.guesses()
+    }
+
+    fn shows_part(&self, beam: &Beam, range: Range, part: u32) -> bool {
+        let Part { ball, solid } = &self.parts[part as usize];
+        self.shows(beam, range, ball)
+            && solid
+                .as_ref()
+                .is_none_or(|solid| beam.may_show_box(solid, self.hides(range)))
+    }
+
+    fn casts(&self, beam: &Beam, (source, part): (u32, u32)) -> bool {
+        let Part { ball, solid } = &self.parts[part as usize];
+        let source = &self.sources[source as usize];
+        source.may_be_blocked(ball, beam)
+            && solid
+                .as_ref()
+                .is_none_or(|solid| source.may_be_blocked_by(solid, beam))
     }
 
     /// Marks the pixels of a window, which is cut into squares of `side`. At the
     /// largest side, suspects are wholes; at smaller ones, parts. `rows`
     /// begin with the picture's row `top`.
-    fn square(&self, window: Window, side: u32, suspects: &Suspects, top: u32, rows: &mut [u8]) {
+    fn square(
+        &self,
+        window: Window,
+        side: u32,
+        suspects: &Suspects,
+        top: u32,
+        rows: &mut [u8],
+        tile: &mut Tile,
+    ) {
         if suspects.is_empty() {
             return;
         }
+        let by_blocks = self.still.by_blocks;
         let starts = |from: u32, to: u32| (from..to).step_by(side as usize);
         for y in starts(window.y, window.bottom()) {
             for x in starts(window.x, window.right()) {
@@ -261,12 +363,32 @@ impl<'a> Tracer<'a> {
                     height: side,
                 };
                 let cell = cell.intersection(window);
+                if by_blocks && tile.is_done(cell) {
+                    continue;
+                }
                 let left = self.remaining(cell, suspects, side == SIDES[0]);
                 match SIDES.iter().find(|smaller| **smaller < side) {
-                    Some(&smaller) => self.square(cell, smaller, &left, top, rows),
+                    Some(&smaller) => self.square(cell, smaller, &left, top, rows, tile),
+                    None if by_blocks && side > SMALLEST => {
+                        self.square(cell, SMALLEST, &left, top, rows, tile);
+                    }
+                    None if by_blocks => {
+                        tile.is_marked |= !left.is_empty();
+                        self.mark(cell, left.cause(), top, rows);
+                    }
                     None => self.pixels(cell, &left, top, rows),
                 }
             }
+        }
+    }
+
+    /// Marks all pixels of a square.
+    fn mark(&self, cell: Window, cause: u8, top: u32, rows: &mut [u8]) {
+        let width = self.still.size.width as usize;
+        for y in cell.y..cell.bottom() {
+            let start = (y - top) as usize * width + cell.x as usize;
+            let row = &mut rows[start..start + cell.width as usize];
+            row.iter_mut().for_each(|code| *code |= cause);
         }
     }
 
@@ -312,17 +434,12 @@ impl<'a> Tracer<'a> {
 
     /// The causes that reach a beam, added up.
     fn causes(&self, beam: &Beam, range: Range, suspects: &Suspects) -> u8 {
-        let is_seen = |&ball: &u32| self.shows(beam, range, self.ball(ball, false));
-        let casts = |&(lamp, ball): &(u32, u32)| {
-            let lamp = &self.lamps[lamp as usize];
-            lamp.may_be_blocked(self.ball(ball, false), beam)
-        };
-        let code = |holds: bool, cause: Cause| if holds { cause as u8 } else { 0 };
-        code(suspects.seen.iter().any(is_seen), Cause::Seen)
-            | code(
-                range.any && suspects.casting.iter().any(casts),
-                Cause::Shadowed,
-            )
+        let is_seen = |&part: &u32| self.shows_part(beam, range, part);
+        let casts = |&pair: &(u32, u32)| self.casts(beam, pair);
+        causes_of(
+            suspects.seen.iter().any(is_seen),
+            range.any && suspects.casting.iter().any(casts),
+        )
     }
 }
 
@@ -354,6 +471,7 @@ mod tests {
                 lights: &[],
                 shadows: true,
                 antialiased: true,
+                by_blocks: false,
                 depths: Depths::at_centres(&layer),
                 optical: &[],
                 slender: &[],

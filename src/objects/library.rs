@@ -134,12 +134,9 @@ impl Library {
                     path: path.to_owned(),
                     hash,
                     bounds: stated.unwrap_or(said.bounds),
-                    // Who states bounds means something else than what is there.
-                    extents: if stated.is_none() {
-                        said.extents.clone()
-                    } else {
-                        Vec::new()
-                    },
+                    // The renderer's own boxes: it draws nothing beside them,
+                    // whatever bounds somebody states.
+                    extents: said.extents.clone(),
                     optics: said.optics.clone(),
                     geometry: Geometry::Fragment(fragment),
                     unlayerable: said.unlayerable.clone(),

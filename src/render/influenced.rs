@@ -117,6 +117,7 @@ impl Execution<'_> {
             lights: state.lights,
             shadows: state.shadows,
             antialiased,
+            by_blocks: shadows.replaces_boxes && period.still,
             depths: match samples {
                 Some(samples) if antialiased => {
                     Depths::with_samples(centres, &samples.layer, samples.per_side)

@@ -23,7 +23,7 @@ struct Totals {
     missed: Vec<String>,
 }
 
-fn check(number: u64, share: f64) -> [Totals; 3] {
+fn check(number: u64, share: f64) -> [Totals; 4] {
     let mut table = PrototypeTable::default();
     let mut dice = Dice(0xdec0_0000 + number);
     let mut case = random(&mut dice, &mut table, SIZE);
@@ -41,8 +41,8 @@ fn check(number: u64, share: f64) -> [Totals; 3] {
     let full = drawn(case.scene.clone(), SIZE, Output::ColourOverBackground);
     let decor = drawn(case.decor(), SIZE, Output::ColourOverBackground);
     let changed = differing(&full, &decor, SIZE);
-    let mut totals = <[Totals; 3]>::default();
-    let mut compare = |place: usize, mask: &decor::influence::Mask| {
+    let mut totals = <[Totals; 4]>::default();
+    let mut compare = |place: usize, mask: &decor::influence::Mask, by_blocks: bool| {
         let total = &mut totals[place];
         total.differing += changed.len();
         total.influenced += mask.count();
@@ -51,7 +51,15 @@ fn check(number: u64, share: f64) -> [Totals; 3] {
         } else {
             mask.clone()
         };
-        let missed = changed.iter().filter(|(x, y)| !mask.contains(*x, *y));
+        let blocks = mask.blocks();
+        let has = |x, y| {
+            if by_blocks {
+                blocks.has_pixel(x, y)
+            } else {
+                mask.contains(x, y)
+            }
+        };
+        let missed = changed.iter().filter(|(x, y)| !has(*x, *y));
         let missed: Vec<_> = missed.collect();
         if let Some((x, y)) = missed.first() {
             let count = missed.len();
@@ -59,24 +67,30 @@ fn check(number: u64, share: f64) -> [Totals; 3] {
             total.missed.push(text);
         }
     };
-    let mask = |samples| case.mask_of_smaller(share, &table, &decor, samples);
+    let of = |samples, by_blocks| {
+        let depth = &decor;
+        case.mask_of_smaller(share, &table, depth, samples, by_blocks)
+    };
     if case.antialias.is_none() {
-        compare(0, &mask(None));
+        compare(0, &of(None, false), false);
+        compare(3, &of(None, true), true);
     } else {
         let fine = Size {
             width: SIZE.width * per_side,
             height: SIZE.height * per_side,
         };
         let samples = drawn(case.decor(), fine, Output::Depth);
-        compare(1, &mask(Some((&samples, per_side))));
-        compare(2, &mask(None));
+        let samples = Some((&samples, per_side));
+        compare(1, &of(samples, false), false);
+        compare(2, &of(None, false), false);
+        compare(3, &of(samples, true), true);
     }
     totals
 }
 
 #[test]
 fn every_pixel_that_differs_is_influenced() {
-    let all = Mutex::new(<[Totals; 3]>::default());
+    let all = Mutex::new(<[Totals; 4]>::default());
     (0..count("DECOR_INFLUENCE_SCENES", 2000))
         .into_par_iter()
         .for_each(|number| {
@@ -89,7 +103,7 @@ fn every_pixel_that_differs_is_influenced() {
             }
         });
     let all = all.into_inner().unwrap();
-    let names = ["centres", "samples", "neighbourhoods"];
+    let names = ["centres", "samples", "neighbourhoods", "blocks"];
     for (name, total) in names.iter().zip(&all) {
         println!(
             "{name}: {} pixels differ, {} are influenced, {} scenes fail {:?}",
@@ -110,7 +124,7 @@ fn a_mask_that_is_too_small_is_found_out() {
         let found = check(number, 0.95);
         found.map(|total| total.missed.len())
     });
-    let sums = missed.reduce(|| [0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
-    println!("centres, samples, neighbourhoods: {sums:?} scenes fail");
+    let sums = missed.reduce(|| [0; 4], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+    println!("centres, samples, neighbourhoods, blocks: {sums:?} scenes fail");
     assert!(sums[0] > 0 && sums[1] > 0, "{sums:?}");
 }

@@ -3,10 +3,12 @@
 
 use std::sync::Arc;
 
-use decor::influence::{Changed, Depths, Influence, Mask, Still, influence, is_slender, parts};
+use decor::influence::{
+    Changed, Depths, Influence, Mask, Solid, Still, influence, is_slender, parts,
+};
 use decor::motion::screen_box;
 use decor_api::{
-    Adapter, Antialias, Bounds, Camera, Csg, Fade, Geometry, Highlight, Instance, Layer,
+    Adapter, Antialias, Bounds, Camera, Csg, Extent, Fade, Geometry, Highlight, Instance, Layer,
     LayerRequest, LayerShot, Light, LightKind, Material, Optics, Output, Pose, Prototype,
     PrototypeTable, Region, Rgb, RunContext, Scene, Size, Window,
 };
@@ -56,13 +58,19 @@ pub struct Case {
 
 /// Adds a neutral solid to the table; gives its instance.
 pub fn instance(table: &mut PrototypeTable, csg: Csg, pose: Pose) -> Instance {
+    insert(table, csg, pose, false)
+}
+
+/// The same; `by_boxes`: every other solid is known by boxes, as a renderer's own
+/// objects are.
+fn insert(table: &mut PrototypeTable, csg: Csg, pose: Pose, by_boxes: bool) -> Instance {
     let hash = format!("{csg:?}");
     let optics = if csg.is_optical() {
         Optics::Optical("its material".to_owned())
     } else {
         Optics::Opaque
     };
-    let prototype = table.insert(Prototype {
+    let mut prototype = Prototype {
         extents: Vec::new(),
         path: hash.clone().into(),
         hash,
@@ -70,8 +78,39 @@ pub fn instance(table: &mut PrototypeTable, csg: Csg, pose: Pose) -> Instance {
         geometry: Geometry::Neutral(csg),
         optics,
         unlayerable: None,
-    });
+    };
+    if by_boxes && prototype.hash.len().is_multiple_of(2) {
+        prototype.extents = boxes(&prototype);
+    }
+    let prototype = table.insert(prototype);
     Instance { prototype, pose }
+}
+
+/// Boxes that enclose a prototype together.
+fn boxes(prototype: &Prototype) -> Vec<Extent> {
+    if let Geometry::Neutral(Csg::Box { min, max }) = prototype.geometry {
+        return vec![Extent { min, max }];
+    }
+    let balls = match (parts(prototype), prototype.bounds) {
+        (balls, Bounds::Sphere(whole)) if balls.is_empty() => vec![whole],
+        (balls, _) => balls,
+    };
+    let around = balls.iter().map(|ball| Extent {
+        min: ball.centre - ball.radius,
+        max: ball.centre + ball.radius,
+    });
+    around.collect()
+}
+
+fn smaller(extent: &Extent, share: f64) -> Extent {
+    let (middle, half) = (
+        (extent.min + extent.max) * 0.5,
+        (extent.max - extent.min) * 0.5,
+    );
+    Extent {
+        min: middle - half * share,
+        max: middle + half * share,
+    }
 }
 
 impl Case {
@@ -89,7 +128,7 @@ impl Case {
         depth: &Layer,
         samples: Option<(&Layer, u32)>,
     ) -> Mask {
-        self.mask_of_smaller(1.0, table, depth, samples)
+        self.mask_of_smaller(1.0, table, depth, samples, false)
     }
 
     /// As [`Self::mask`], where what changed had spheres so many times as large:
@@ -100,6 +139,7 @@ impl Case {
         table: &PrototypeTable,
         depth: &Layer,
         samples: Option<(&Layer, u32)>,
+        by_blocks: bool,
     ) -> Mask {
         let (decor, changed) = self.scene.instances.split_at(self.decor_count);
         let (camera, size) = (&self.scene.camera, self.size);
@@ -125,6 +165,9 @@ impl Case {
                     &i.pose,
                 );
                 object.parts.iter_mut().for_each(|p| p.radius *= share);
+                let extents = table.get(i.prototype).extents.iter();
+                let extents = extents.map(|extent| smaller(extent, share));
+                object.boxes = extents.map(|e| Solid::placed(&e, &i.pose)).collect();
                 if let Bounds::Sphere(whole) = &mut object.whole {
                     whole.radius *= share;
                 }
@@ -137,6 +180,7 @@ impl Case {
             lights: &self.scene.lights,
             shadows: self.scene.shadows,
             antialiased: self.antialias.is_some(),
+            by_blocks,
             depths: match samples {
                 Some((samples, n)) => Depths::with_samples(depth, samples, n),
                 None => Depths::at_centres(depth),
@@ -333,16 +377,16 @@ pub fn random(dice: &mut Dice, table: &mut PrototypeTable, size: Size) -> Case {
             ..material(dice)
         };
         let floor = Csg::Look(look, Box::new(floor));
-        instances.push(instance(table, floor, Pose::IDENTITY));
+        instances.push(insert(table, floor, Pose::IDENTITY, true));
     }
     for _ in 0..2 + dice.below(6) {
         let solid = Csg::Look(material(dice), Box::new(solid(dice, 0)));
-        instances.push(instance(table, solid, pose(dice)));
+        instances.push(insert(table, solid, pose(dice), true));
     }
     let decor_count = instances.len();
     for _ in 0..1 + dice.below(2) * dice.below(3) {
         let solid = Csg::Look(material(dice), Box::new(solid(dice, 0)));
-        instances.push(instance(table, solid, pose(dice)));
+        instances.push(insert(table, solid, pose(dice), true));
     }
     Case {
         scene: Scene {

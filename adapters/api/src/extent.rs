@@ -11,6 +11,10 @@ pub struct Extent {
     pub max: DVec3,
 }
 
+/// Several boxes are taken where they show no more than this share of the one
+/// around them all.
+const WORTHWHILE: f64 = 0.9;
+
 /// More boxes than this are halved along their longest side before pairs are
 /// looked at.
 const MOST_PAIRED: usize = 128;
@@ -54,14 +58,42 @@ impl Extent {
         while boxes.len() > most.max(1) {
             merge_nearest(&mut boxes);
         }
-        let area: f64 = boxes.iter().map(Self::half_area).sum();
         // What is not a number is not smaller.
-        if area < whole.half_area() {
+        if share_seen(&boxes, &whole) <= WORTHWHILE {
             boxes
         } else {
             vec![whole]
         }
     }
+}
+
+/// How much of what is seen of `whole` along its axes is seen of `boxes`, all in
+/// all: from 0 to 1.
+fn share_seen(boxes: &[Extent], whole: &Extent) -> f64 {
+    const CELLS: usize = 32;
+    let sides = whole.max - whole.min;
+    // The first cell that a box touches, and the one behind its last.
+    let cells = |b: &Extent, axis: usize| {
+        let at = |place: f64| (place - whole.min[axis]) / sides[axis] * CELLS as f64;
+        let first = at(b.min[axis]).floor().max(0.0) as usize;
+        let end = at(b.max[axis]).ceil().max(1.0) as usize;
+        first.min(CELLS - 1)..end.min(CELLS)
+    };
+    let (mut seen, mut all) = (0.0, 0.0);
+    for axis in 0..3 {
+        let (across, down) = ((axis + 1) % 3, (axis + 2) % 3);
+        let area = sides[across] * sides[down];
+        let mut grid = [[false; CELLS]; CELLS];
+        for b in boxes {
+            for row in &mut grid[cells(b, down)] {
+                row[cells(b, across)].fill(true);
+            }
+        }
+        let touched = grid.as_flattened().iter().filter(|cell| **cell).count();
+        seen += area * touched as f64 / (CELLS * CELLS) as f64;
+        all += area;
+    }
+    seen / all
 }
 
 /// At most `limit` boxes: halved at the median of the longest side until few
@@ -123,6 +155,19 @@ mod tests {
         let nested = [around(DVec3::ZERO, 2.0), around(DVec3::ZERO, 1.0)];
         assert_eq!(Extent::few(nested.to_vec(), 2), [nested[0]]);
         assert!(Extent::few(Vec::new(), 2).is_empty());
+        // A car: a long low box, and a short one on it that lies in it in part.
+        let body = Extent {
+            min: DVec3::new(-3.0, 0.0, -1.0),
+            max: DVec3::new(3.0, 1.0, 1.0),
+        };
+        let cabin = around(DVec3::Y * 0.8, 1.0);
+        assert_eq!(Extent::few(vec![body, cabin], 2), [body, cabin]);
+        // What is flat has no width to look at, but has an area.
+        let flat = |x: f64| Extent {
+            min: DVec3::new(x, 0.0, 0.0),
+            max: DVec3::new(x + 1.0, 0.0, 1.0),
+        };
+        assert_eq!(Extent::few(vec![flat(0.0), flat(9.0)], 2).len(), 2);
     }
 
     proptest! {

@@ -23,7 +23,7 @@ const ROUNDING: f64 = 3e-7;
 const PARSE_LIMIT: std::time::Duration = std::time::Duration::from_secs(120);
 
 /// Boxes that a fragment has at most: each is looked at for every frame.
-const MOST_BOXES: usize = 12;
+const MOST_BOXES: usize = 24;
 
 /// The file that the extents are written to.
 const EXTENTS: &str = "extents.txt";

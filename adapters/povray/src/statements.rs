@@ -4,7 +4,8 @@
 //! Only text whose every word at the top is understood is rewritten: directives,
 //! and objects with their braces. What an include places stays, and is asked
 //! about as a rest; a macro's call, or a `rotate` behind all objects, leaves the
-//! fragment in one piece.
+//! fragment in one piece. A union's objects are asked about one by one, each with
+//! the modifiers behind them all.
 
 use crate::tokens::{Kind, Token, tokens};
 
@@ -64,23 +65,70 @@ pub fn rewritten(text: &[u8], before: &str, after: &str) -> Option<Vec<u8>> {
         tokens: &found,
         at: 0,
     };
-    let mut out = Vec::with_capacity(text.len() + 1024);
-    let mut copied = 0;
-    while let Some((first, last)) = walk.next_object()? {
-        let end = last.start + last.bytes.len();
-        out.extend_from_slice(&text[copied..first.start]);
-        out.extend_from_slice(before.as_bytes());
-        out.extend_from_slice(&text[first.start..end]);
-        out.extend_from_slice(after.as_bytes());
-        copied = end;
+    let mut asked = Asked {
+        text,
+        out: Vec::with_capacity(text.len() + 1024),
+        copied: 0,
+        around: (before, after),
+        modifiers: Vec::new(),
+    };
+    walk.objects(found.len(), &mut asked)?;
+    asked.copy_to(text.len());
+    Some(asked.out)
+}
+
+/// The text as it becomes.
+struct Asked<'x> {
+    text: &'x [u8],
+    out: Vec<u8>,
+    /// So much of the text is done.
+    copied: usize,
+    /// What stands around each object.
+    around: (&'x str, &'x str),
+    /// The modifiers of the unions around, from the outermost.
+    modifiers: Vec<&'x [u8]>,
+}
+
+impl Asked<'_> {
+    fn copy_to(&mut self, end: usize) {
+        self.out.extend_from_slice(&self.text[self.copied..end]);
+        self.copied = end;
     }
-    out.extend_from_slice(&text[copied..]);
-    Some(out)
+
+    /// Asks about the object in `text[start..end]`.
+    fn ask(&mut self, start: usize, end: usize) {
+        self.copy_to(start);
+        self.out.extend_from_slice(self.around.0.as_bytes());
+        for _ in &self.modifiers {
+            self.out.extend_from_slice(b"union { ");
+        }
+        self.copy_to(end);
+        for modifiers in self.modifiers.iter().rev() {
+            self.out.push(b' ');
+            self.out.extend_from_slice(modifiers);
+            self.out.extend_from_slice(b" }");
+        }
+        self.out.extend_from_slice(self.around.1.as_bytes());
+    }
+}
+
+/// A union that is told apart: numbers of tokens.
+struct Union {
+    /// The first of its objects.
+    first: usize,
+    /// The first of its modifiers, or its closing brace.
+    modifiers: usize,
+    /// Its closing brace.
+    close: usize,
 }
 
 struct Walk<'t, 'a> {
     tokens: &'t [Token<'a>],
     at: usize,
+}
+
+fn is_object(token: &Token<'_>) -> bool {
+    token.kind == Kind::Word && OBJECTS.iter().any(|object| token.is(object))
 }
 
 impl<'t, 'a> Walk<'t, 'a> {
@@ -94,18 +142,91 @@ impl<'t, 'a> Walk<'t, 'a> {
         Some(token)
     }
 
-    /// The first and the last token of the next object, `Some(None)` at the end of
-    /// the text, `None` where something is not understood.
-    fn next_object(&mut self) -> Option<Option<(&'t Token<'a>, &'t Token<'a>)>> {
-        while let Some(token) = self.take() {
-            let is_object = || OBJECTS.iter().any(|o| token.is(o));
+    /// Asks about the objects up to token `end`; `None` where something is not
+    /// understood.
+    fn objects(&mut self, end: usize, asked: &mut Asked<'a>) -> Option<()> {
+        while self.at < end {
+            let token = self.take()?;
             match token.kind {
                 Kind::Directive => self.directive(token)?,
-                Kind::Word if is_object() => return Some(Some((token, self.group("{", "}")?))),
+                Kind::Word if is_object(token) => match self.union(token) {
+                    Some(union) => self.told_apart(token, &union, asked)?,
+                    None => {
+                        let last = self.group("{", "}")?;
+                        asked.ask(token.start, last.start + last.bytes.len());
+                    }
+                },
                 _ => return None,
             }
         }
-        Some(None)
+        Some(())
+    }
+
+    /// Asks about the objects of a union that begins with `token`.
+    fn told_apart(
+        &mut self,
+        token: &Token<'a>,
+        union: &Union,
+        asked: &mut Asked<'a>,
+    ) -> Option<()> {
+        let start = |token: usize| self.tokens[token].start;
+        let (modifiers, close) = (start(union.modifiers), start(union.close));
+        asked.copy_to(token.start);
+        asked.copied = start(union.first);
+        asked.modifiers.push(&asked.text[modifiers..close]);
+        self.at = union.first;
+        self.objects(union.modifiers, asked)?;
+        asked.modifiers.pop();
+        asked.copy_to(modifiers);
+        asked.copied = close + 1;
+        self.at = union.close + 1;
+        Some(())
+    }
+
+    /// The parts of a union, where each of its objects can be asked about by
+    /// itself: where its modifiers can be written again and mean the same. That is
+    /// not so of what draws random numbers or calls macros: of parentheses.
+    fn union(&self, token: &Token<'a>) -> Option<Union> {
+        if !(token.is("union") || token.is("merge")) {
+            return None;
+        }
+        let mut walk = Walk {
+            tokens: self.tokens,
+            at: self.at,
+        };
+        walk.take()?.is("{").then_some(())?;
+        let first = walk.at;
+        let mut modifiers = loop {
+            let token = walk.peek()?;
+            if token.kind == Kind::Directive {
+                // What an include places would lose the modifiers.
+                (!token.is("#include")).then_some(())?;
+                walk.at += 1;
+                walk.directive(token)?;
+            } else if is_object(token) {
+                walk.at += 1;
+                walk.group("{", "}")?;
+            } else {
+                break walk.at;
+            }
+        };
+        let start = modifiers;
+        let mut depth = 0;
+        loop {
+            let token = self.tokens.get(modifiers)?;
+            if token.is("}") && depth == 0 {
+                return Some(Union {
+                    first,
+                    modifiers: start,
+                    close: modifiers,
+                });
+            }
+            let is_odd =
+                token.is("(") || token.kind == Kind::Directive || depth == 0 && is_object(token);
+            (!is_odd).then_some(())?;
+            depth += i32::from(token.is("{")) - i32::from(token.is("}"));
+            modifiers += 1;
+        }
     }
 
     fn directive(&mut self, token: &Token<'a>) -> Option<()> {
@@ -231,11 +352,30 @@ mod tests {
             ),
             (
                 "#include \"colors.inc\" union { sphere {0,1} #if(a) box{0,1} #end } mesh { }",
-                "#include \"colors.inc\" [union { sphere {0,1} #if(a) box{0,1} #end }] [mesh { }]",
+                "#include \"colors.inc\" [union { sphere {0,1}  }] #if(a) [union { box{0,1}  }] #end  [mesh { }]",
             ),
             (
                 "#macro M() #if(1) box{0,1} #end #end #local U = union { M() } object { U }",
                 "#macro M() #if(1) box{0,1} #end #end #local U = union { M() } [object { U }]",
+            ),
+            (
+                "union { box { 0, 1 } merge { torus { 1, 2 } scale 3 } texture { T } rotate 4*y }",
+                "[union { box { 0, 1 } texture { T } rotate 4*y  }] \
+                 [union { union { torus { 1, 2 } scale 3  } texture { T } rotate 4*y  }]  ",
+            ),
+            // Modifiers that would not be the same twice, and what is not an object.
+            (
+                "union { box { 0, 1 } rotate rand(S) }",
+                "[union { box { 0, 1 } rotate rand(S) }]",
+            ),
+            ("union { box { 0, 1 } M() }", "[union { box { 0, 1 } M() }]"),
+            (
+                "union { #include \"stones.inc\" box { 0, 1 } scale 2 }",
+                "[union { #include \"stones.inc\" box { 0, 1 } scale 2 }]",
+            ),
+            (
+                "difference { union { box { 0, 1 } box { 1, 2 } } torus { 1, 2 } }",
+                "[difference { union { box { 0, 1 } box { 1, 2 } } torus { 1, 2 } }]",
             ),
             (
                 "#version 3.5; cone {x,1,y,2}",
