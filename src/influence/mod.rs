@@ -75,8 +75,8 @@ pub struct Still<'a> {
     pub shadows: bool,
     /// Does the renderer look between the pixels' centres?
     pub antialiased: bool,
-    /// Are only the mask's [blocks](Mask::blocks) asked for, dilated? Then pixels are
-    /// told apart no finer than blocks need it, which is quicker.
+    /// Are only the [blocks](Mask::blocks) of the dilated mask asked for? Then one
+    /// pixel in a block is as good as all of them, which is quicker.
     pub by_blocks: bool,
     /// How far the décor's surfaces are.
     pub depths: Depths<'a>,

@@ -14,8 +14,7 @@ use crate::plan::BLOCK;
 /// block's.
 const SIDES: [u32; 2] = [BLOCK, 8];
 
-/// The side of the smallest squares where only blocks are asked for: their pixels
-/// are not told apart.
+/// The side of the smallest squares where only blocks are asked for.
 const SMALLEST: u32 = 2;
 
 /// A renderer's rays are rounded: never by more than this part of a pixel.
@@ -33,16 +32,6 @@ impl Suspects {
     fn is_empty(&self) -> bool {
         self.seen.is_empty() && self.casting.is_empty()
     }
-
-    /// Their causes, added up.
-    fn cause(&self) -> u8 {
-        causes_of(!self.seen.is_empty(), !self.casting.is_empty())
-    }
-}
-
-fn causes_of(is_seen: bool, is_shadowed: bool) -> u8 {
-    let code = |holds: bool, cause: Cause| if holds { cause as u8 } else { 0 };
-    code(is_seen, Cause::Seen) | code(is_shadowed, Cause::Shadowed)
 }
 
 struct Tracer<'a> {
@@ -372,45 +361,38 @@ impl<'a> Tracer<'a> {
                     None if by_blocks && side > SMALLEST => {
                         self.square(cell, SMALLEST, &left, top, rows, tile);
                     }
-                    None if by_blocks => {
-                        tile.is_marked |= !left.is_empty();
-                        self.mark(cell, left.cause(), top, rows);
-                    }
-                    None => self.pixels(cell, &left, top, rows),
+                    None => self.pixels(cell, &left, top, rows, tile),
                 }
             }
         }
     }
 
-    /// Marks all pixels of a square.
-    fn mark(&self, cell: Window, cause: u8, top: u32, rows: &mut [u8]) {
-        let width = self.still.size.width as usize;
-        for y in cell.y..cell.bottom() {
-            let start = (y - top) as usize * width + cell.x as usize;
-            let row = &mut rows[start..start + cell.width as usize];
-            row.iter_mut().for_each(|code| *code |= cause);
-        }
-    }
-
-    fn pixels(&self, cell: Window, suspects: &Suspects, top: u32, rows: &mut [u8]) {
+    fn pixels(
+        &self,
+        cell: Window,
+        suspects: &Suspects,
+        top: u32,
+        rows: &mut [u8],
+        tile: &mut Tile,
+    ) {
         if suspects.is_empty() {
             return;
         }
         for y in cell.y..cell.bottom() {
             for x in cell.x..cell.right() {
+                if self.still.by_blocks && tile.is_done(Window::pixel(x, y)) {
+                    continue;
+                }
                 let place = (y - top) as usize * self.still.size.width as usize + x as usize;
-                rows[place] |= self.pixel(x, y, suspects);
+                let causes = self.pixel(x, y, suspects);
+                tile.is_marked |= causes != 0;
+                rows[place] |= causes;
             }
         }
     }
 
     fn pixel(&self, x: u32, y: u32, suspects: &Suspects) -> u8 {
-        let own = Window {
-            x,
-            y,
-            width: 1,
-            height: 1,
-        };
+        let own = Window::pixel(x, y);
         let range = self.range(own);
         let around = self.beam(own, range);
         let most = self.causes(&around, range, suspects);
@@ -436,10 +418,12 @@ impl<'a> Tracer<'a> {
     fn causes(&self, beam: &Beam, range: Range, suspects: &Suspects) -> u8 {
         let is_seen = |&part: &u32| self.shows_part(beam, range, part);
         let casts = |&pair: &(u32, u32)| self.casts(beam, pair);
-        causes_of(
-            suspects.seen.iter().any(is_seen),
-            range.any && suspects.casting.iter().any(casts),
-        )
+        let code = |holds: bool, cause: Cause| if holds { cause as u8 } else { 0 };
+        code(suspects.seen.iter().any(is_seen), Cause::Seen)
+            | code(
+                range.any && suspects.casting.iter().any(casts),
+                Cause::Shadowed,
+            )
     }
 }
 

@@ -48,6 +48,16 @@ impl Window {
         height: 0,
     };
 
+    /// One pixel.
+    pub fn pixel(x: u32, y: u32) -> Self {
+        Self {
+            x,
+            y,
+            width: 1,
+            height: 1,
+        }
+    }
+
     /// Is there no pixel in it?
     pub fn is_empty(self) -> bool {
         self.width == 0 || self.height == 0
