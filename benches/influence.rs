@@ -66,6 +66,7 @@ fn frame(criterion: &mut Criterion) {
             lights: &lights,
             shadows: true,
             antialiased,
+            by_blocks: false,
             depths: Depths::at_centres(&layer),
             optical: &[],
             slender: &[],
