@@ -5,9 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use decor_api::{
-    AdapterError, Instance, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window,
-};
+use decor_api::{AdapterError, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window};
 
 use super::RenderError;
 use super::called::{Called, Calls};
@@ -15,7 +13,6 @@ use super::execution::{Execution, join};
 use super::ground::PeriodGround;
 use super::influenced::Blocks;
 use super::shading::Shades;
-use crate::casters::casters;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_length, seen_in};
 use crate::probe::cores;
@@ -194,22 +191,6 @@ impl Execution<'_> {
         });
         scene.hidden = self.hidden(state, &drawn, |object| !drawn.contains(&object.id));
         scene
-    }
-
-    /// Those of `unseen` that may shade what is drawn of a frame, where the mode
-    /// cares.
-    pub fn hidden(
-        &self,
-        state: &FrameState<'_>,
-        drawn: &HashSet<ObjectId>,
-        unseen: impl Fn(&ObjectState<'_>) -> bool,
-    ) -> Vec<Instance> {
-        if self.plan.wishes.mode == Mode::Preview {
-            return Vec::new();
-        }
-        let is_drawn = |object: &ObjectState<'_>| drawn.contains(&object.id);
-        let found = casters(self.stage, state, is_drawn, unseen).into_iter();
-        found.map(|object| self.stage.instance(object)).collect()
     }
 
     /// Is a fast object drawn in the fast layer? Not where it is out of view

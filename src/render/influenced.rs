@@ -1,13 +1,14 @@
 //! The blocks of a frame that what moves can influence, found when the décor's
 //! depth is known.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use decor_api::{Layer, Optics, Prototype, Window};
 
 use super::execution::Execution;
 use super::ground::PeriodGround;
-use crate::film::{ObjectId, ObjectState};
+use super::shown::decor_objects;
+use crate::film::ObjectState;
 use crate::influence::{Cause, Changed, Depths, Influence, Mask, Still, influence, is_slender};
 use crate::motion::screen_box;
 use crate::plan::{BlockSet, FramePlan, Mode, Period, ShadowPlan};
@@ -86,12 +87,7 @@ impl Execution<'_> {
         let state = self.stage.film.frame(number);
         // The décor is seen as it was, by the observer of then.
         let view = &ground.view;
-        let kept: HashSet<ObjectId> = period
-            .objects
-            .iter()
-            .filter(|o| o.class.in_decor())
-            .map(|o| o.object)
-            .collect();
+        let kept = decor_objects(period);
         let (mut changed, mut optical, mut slender) = (Vec::new(), Vec::new(), Vec::new());
         for object in &state.objects {
             if !kept.contains(&object.id) && !period.resting.contains(&object.id) {

@@ -4,7 +4,6 @@
 //! Thesis, III-3-2-2: the objects of both décors are rendered once, and merged
 //! with what is particular to each.
 
-use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -15,6 +14,7 @@ use super::execution::{Execution, join, only};
 use super::ground::block_of;
 use super::influenced::Samples;
 use super::shading::Lighting;
+use super::shown::{Shown, decor_objects};
 use crate::dissolve::Backdrop;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::frames::Still;
@@ -426,41 +426,6 @@ impl Execution<'_> {
         self.picture(frame, scene, with_depth, label)
     }
 
-    /// Some objects of a frame, in the light that they stand in.
-    fn decor_scene(&self, state: &FrameState<'_>, shown: &Shown) -> Scene {
-        let drawn = &shown.drawn;
-        let mut scene = self.stage.scene(state, |o| drawn.contains(&o.id));
-        scene.hidden = self.hidden(state, drawn, |o| {
-            shown.lit_among.contains(&o.id) && !drawn.contains(&o.id)
-        });
-        scene
-    }
-
-    /// What a period's décor has turned into in frame `until`. What stands still
-    /// in the period stays where it is there.
-    fn target_scene(&self, period: &Period, until: u32) -> Scene {
-        let objects = decor_objects(period);
-        let (before, after) = (
-            self.stage.film.frame(period.start),
-            self.stage.film.frame(until),
-        );
-        let still: HashSet<ObjectId> = period
-            .objects
-            .iter()
-            .filter(|o| o.class == Class::Immobile)
-            .map(|o| o.object)
-            .collect();
-        let mut scene = self.stage.scene(&after, |object| {
-            objects.contains(&object.id) && !still.contains(&object.id)
-        });
-        let rest = self
-            .stage
-            .scene(&before, |object| still.contains(&object.id));
-        scene.instances.extend(rest.instances);
-        scene.hidden = self.hidden(&before, &objects, |o| period.resting.contains(&o.id));
-        scene
-    }
-
     fn picture(
         &self,
         frame: u32,
@@ -485,40 +450,6 @@ impl Execution<'_> {
         layer.depth_quantum = depth.depth_quantum;
         Ok(layer)
     }
-}
-
-/// What a picture shows, and in whose shadows.
-#[derive(PartialEq, Eq)]
-struct Shown {
-    /// The objects that are seen.
-    drawn: HashSet<ObjectId>,
-    /// Those that stand in the light: the drawn ones, and others.
-    lit_among: HashSet<ObjectId>,
-}
-
-impl Shown {
-    /// By a period's décor: with the shadows of all that rests.
-    fn by(period: &Period) -> Self {
-        let drawn = decor_objects(period);
-        Self {
-            lit_among: drawn.union(&period.resting).copied().collect(),
-            drawn,
-        }
-    }
-
-    /// Some of the objects, in the same light.
-    fn only(&self, drawn: impl IntoIterator<Item = ObjectId>) -> Self {
-        Self {
-            drawn: drawn.into_iter().collect(),
-            lit_among: self.lit_among.clone(),
-        }
-    }
-}
-
-/// The objects of a period's décor.
-pub fn decor_objects(period: &Period) -> HashSet<ObjectId> {
-    let kept = period.objects.iter().filter(|o| o.class.in_decor());
-    kept.map(|o| o.object).collect()
 }
 
 /// A picture with some layers merged into it.

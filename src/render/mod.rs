@@ -15,6 +15,7 @@ mod influenced;
 mod joint;
 mod schedule;
 mod shading;
+mod shown;
 mod slots;
 
 pub(crate) use execution::{Execution, join};

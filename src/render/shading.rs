@@ -15,6 +15,7 @@ use super::RenderError;
 use super::execution::{Execution, only};
 use super::ground::PeriodGround;
 use super::influenced::Blocks;
+use super::shown::decor_objects;
 use crate::film::{FrameState, ObjectId};
 use crate::influence::{Cause, Mask, may_shade};
 use crate::plan::{FramePlan, Period};
@@ -232,12 +233,7 @@ impl Execution<'_> {
     }
 
     fn casters(&self, period: &Period, state: &FrameState<'_>) -> Casters {
-        let kept: HashSet<ObjectId> = period
-            .objects
-            .iter()
-            .filter(|o| o.class.in_decor())
-            .map(|o| o.object)
-            .collect();
+        let kept = decor_objects(period);
         // The décor has the shadows of what rests.
         let fast = self.stage.scene(state, |object| {
             !kept.contains(&object.id) && !period.resting.contains(&object.id)
