@@ -91,20 +91,37 @@ impl Mask {
 
     /// The blocks that have one of the pixels.
     pub fn blocks(&self) -> BlockSet {
+        self.blocks_within(0, u8::MAX)
+    }
+
+    /// The blocks that have a pixel at most `around` away, to the side and up and
+    /// down, from one that can change for `cause`; `None`: for any.
+    pub fn blocks_around(&self, around: u32, cause: Option<Cause>) -> BlockSet {
+        self.blocks_within(around, cause.map_or(u8::MAX, |cause| cause as u8))
+    }
+
+    fn blocks_within(&self, around: u32, causes: u8) -> BlockSet {
         let mut blocks = BlockSet::none(self.size);
         let width = self.size.width as usize;
-        for (y, row) in (0..).zip(self.causes.chunks(width.max(1))) {
+        for (y, row) in (0_u32..).zip(self.causes.chunks(width.max(1))) {
+            let is_one = |code: &u8| code & causes != 0;
             let mut x = 0;
-            while let Some(first) = row[x..].iter().position(|code| *code != 0) {
-                let length = row[x + first..].iter().take_while(|code| **code != 0);
-                let length = length.count();
+            while let Some(first) = row[x..].iter().position(is_one) {
+                let start = x + first;
+                let length = row[start..].iter().take_while(|code| is_one(code)).count();
+                x = start + length;
+                let (left, top) = (
+                    (start as u32).saturating_sub(around),
+                    y.saturating_sub(around),
+                );
+                let right = (x as u32).saturating_add(around).min(self.size.width);
+                let bottom = (y + 1).saturating_add(around).min(self.size.height);
                 blocks.insert(Window {
-                    x: (x + first) as u32,
-                    y,
-                    width: length as u32,
-                    height: 1,
+                    x: left,
+                    y: top,
+                    width: right - left,
+                    height: bottom - top,
                 });
-                x += first + length;
             }
         }
         blocks
@@ -135,6 +152,12 @@ mod tests {
         assert!(!wide.has(31, 31, Cause::Neighbour) && wide.has(31, 31, Cause::Shadowed));
         assert_eq!(wide.blocks().numbers(), [0, 1, 3, 4]);
         assert_eq!(one(31, 31).blocks().numbers(), [0]);
+        assert_eq!(one(31, 31).blocks_around(1, None), wide.blocks());
+        let shadowed = one(31, 31).blocks_around(1, Some(Cause::Shadowed));
+        assert_eq!(shadowed, wide.blocks());
+        let seen = one(31, 31).blocks_around(1, Some(Cause::Seen));
+        assert!(seen.is_empty());
+        assert_eq!(one(0, 0).blocks_around(u32::MAX, None).numbers().len(), 6);
         let corner = one(69, 39).dilated();
         assert_eq!(corner.count(), 4);
         assert_eq!(corner.blocks().numbers(), [5]);

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use decor_api::{Layer, Optics, Prototype, Window};
+use decor_api::{Layer, Optics, Prototype};
 
 use super::execution::Execution;
 use super::ground::PeriodGround;
@@ -128,7 +128,7 @@ impl Execution<'_> {
             Influence::Confined(mask) if shadows.replaces_boxes && period.still => {
                 // POV-Ray compares the pixels of a block's first row and column
                 // with those before them.
-                Some((mask.dilated().blocks(), None))
+                Some((mask.blocks_around(1, None), None))
             }
             Influence::Confined(mask) if shadows.by_map => Some((BlockSet::none(size), Some(mask))),
             Influence::Confined(mask) => {
@@ -138,7 +138,8 @@ impl Execution<'_> {
                 } else {
                     period.threshold_px
                 };
-                let mut blocks = self.shaded(&mask, moved_px);
+                let mut blocks =
+                    mask.blocks_around(1 + moved_px.ceil().min(1e6) as u32, Some(Cause::Shadowed));
                 if shadows.replaces_boxes {
                     // The observer may have moved since: what is seen is where it
                     // is seen now.
@@ -156,37 +157,6 @@ impl Execution<'_> {
                 Some((blocks, None))
             }
         }
-    }
-
-    /// The blocks that may be shaded, where surfaces may have moved by so many
-    /// pixels since their depth was measured.
-    fn shaded(&self, mask: &Mask, moved_px: f64) -> BlockSet {
-        let size = self.stage.size();
-        let around = 1 + moved_px.ceil().min(1e6) as u32;
-        let mut blocks = BlockSet::none(size);
-        for y in 0..size.height {
-            let mut x = 0;
-            while x < size.width {
-                if !mask.has(x, y, Cause::Shadowed) {
-                    x += 1;
-                    continue;
-                }
-                let start = x;
-                while x < size.width && mask.has(x, y, Cause::Shadowed) {
-                    x += 1;
-                }
-                blocks.insert(
-                    Window {
-                        x: start.saturating_sub(around),
-                        y: y.saturating_sub(around),
-                        width: x - start + 2 * around,
-                        height: 1 + 2 * around,
-                    }
-                    .intersection(size.window()),
-                );
-            }
-        }
-        blocks
     }
 
     /// May what is seen of the object depend on others?
