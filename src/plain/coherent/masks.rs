@@ -13,14 +13,12 @@ use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Hulls, Pixels, Proxy,
 
 use super::Look;
 use super::price::Costs;
+use super::purse::Purse;
 use crate::plain::pool::{Workers, side_by_side};
 use crate::render::RenderError;
 
 /// A pass of proxies is expected to save this share of what it looks at.
 const SAVES: f64 = 0.25;
-
-/// Passes that saved nothing yet may cost this share of the film.
-const RISK: f64 = 0.03;
 
 /// One block of so many tells what share of them is touched.
 const SAMPLE: usize = 7;
@@ -110,7 +108,7 @@ impl<'a> Finding<'a> {
         let grid = self.scene.grid();
         let block_s = costs.trace_s / grid.count() as f64;
         let mut proxy_s = block_s;
-        let mut purse_s = RISK * costs.whole_s() * self.boxes.len() as f64;
+        let mut purse = Purse::for_film(costs.whole_s() * self.boxes.len() as f64);
         let mut groups = vec![Group {
             frames: 0..self.boxes.len(),
             touchable: Blocks::all(grid),
@@ -135,18 +133,28 @@ impl<'a> Finding<'a> {
             }
             let asked: usize = passes.iter().map(|pass| pass.asked.len()).sum();
             let calls = passes.len().max(self.workers.busy()) as f64;
-            purse_s -= calls * (costs.parse_s + costs.other_s) + asked as f64 * proxy_s;
+            let cost_s = calls * (costs.parse_s + costs.other_s) + asked as f64 * proxy_s;
             // The first pass was promised to pay.
-            let affordable = purse_s >= 0.0 || level == 0;
-            if passes.is_empty() || !affordable {
+            if passes.is_empty() || !purse.pay(cost_s, level == 0) {
                 break;
             }
             let before: usize = masks.dirty.iter().map(Blocks::len).sum();
-            let (touched, trace_s) = self.touched(&passes)?;
+            let beyond = |touched: &[Pixels]| {
+                self.beyond(&passes, touched, costs, block_s, at_least_once)
+            };
+            let ((touched, trace_s), beyond) = if level == 0 {
+                // Most of the border is clean: nothing is lost by asking at once.
+                let none = vec![Pixels::none(grid.size); passes.len()];
+                let (touched, beyond) = rayon::join(|| self.touched(&passes), || beyond(&none));
+                (touched?, beyond?)
+            } else {
+                let found = self.touched(&passes)?;
+                let beyond = beyond(&found.0)?;
+                (found, beyond)
+            };
             proxy_s = trace_s / asked as f64;
             masks.pixels += self.pixels(passes.iter().flat_map(|pass| pass.asked.iter()));
             groups = Vec::new();
-            let beyond = self.beyond(&passes, &touched, costs, block_s, at_least_once)?;
             masks.pixels += beyond.pixels;
             let pixels = touched.into_iter().zip(&beyond.untouched);
             for (pass, (touched, untouched)) in passes.into_iter().zip(pixels) {
@@ -176,9 +184,8 @@ impl<'a> Finding<'a> {
                     );
                 }
             }
-            // What was saved may be spent, but for half of it.
             let after: usize = masks.dirty.iter().map(Blocks::len).sum();
-            purse_s += 0.5 * (before - after) as f64 * block_s;
+            purse.saved((before - after) as f64 * block_s);
         }
         Ok(())
     }
@@ -290,8 +297,9 @@ impl<'a> Finding<'a> {
     /// The pixels that each group of frames touches, and the seconds of CPU for all.
     fn touched(&self, passes: &[Pass]) -> Result<(Vec<Pixels>, f64), RenderError> {
         let grid = self.scene.grid();
-        let processes = self.workers.busy();
-        let parts = processes.div_ceil(passes.len());
+        // Each of them sleeps for longer than some take to trace.
+        let processes = self.workers.all().min(2 * self.workers.busy());
+        let parts = self.workers.busy().div_ceil(passes.len());
         let mut shares = Vec::new();
         for (k, pass) in passes.iter().enumerate() {
             // Neighbours cost alike: each part gets some of every place.

@@ -7,7 +7,7 @@ use super::super::pool::Workers;
 const TINY_FRAME_S: f64 = 0.016;
 
 /// Wall time of a call before its first frame, nearly all of it sleep.
-const CALL_S: f64 = 0.5;
+pub const CALL_S: f64 = 0.5;
 
 /// No film is expected to have fewer dirty blocks.
 const BEST_SHARE: f64 = 0.1;

@@ -32,6 +32,7 @@ mod hulls;
 mod instrument;
 mod keys;
 mod lex;
+mod media;
 mod mixed;
 mod order;
 mod outline;

@@ -1,0 +1,169 @@
+//! A sounding: what the middle frame says before all others are looked at. It costs
+//! little, and often says that all the rest is not worth while.
+//!
+//! It needs nothing of the frames that are rendered whole, so it is done beside
+//! them, and so is the question where everything is in all frames: POV-Ray sleeps
+//! most of that time. But it takes CPU, and whether frames are dear is not known
+//! yet. Known is how long they have taken so far: what is asked beside them may
+//! cost [`BESIDE`] of what the film takes if no frame takes longer than that.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use decor_api::RunContext;
+use decor_povray::unedited::FrameBoxes;
+
+use super::film::{Film, Found, Trial, add, measured};
+use super::masks::Finding;
+use super::price::{CALL_S, Costs, Price};
+use crate::plain::pool::Workers;
+use crate::render::RenderError;
+
+/// What is asked beside the first frames may cost this share of the film.
+const BESIDE: f64 = 0.03;
+
+/// To ask for one frame costs a whole one at most: films have as many for one.
+const FRAMES_BESIDE: usize = 34;
+
+/// Between two looks at the clock.
+const TICK: Duration = Duration::from_millis(25);
+
+/// What a sounding says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sounding {
+    /// The share of blocks that is dirty in the middle frame.
+    pub share: f64,
+    /// Pixels that were traced to know.
+    pub pixels: u64,
+}
+
+/// What was found out beside the first frames, where that was done.
+#[derive(Default)]
+pub struct Early {
+    pub sounding: Option<Found<Sounding>>,
+    pub boxes: Option<Found<Vec<FrameBoxes>>>,
+}
+
+/// May be asked beside frames that have taken so long so far, where it takes so
+/// much CPU a frame?
+fn is_cheap(asked_s: f64, so_far: Duration) -> bool {
+    asked_s <= BESIDE * (so_far.as_secs_f64() - CALL_S)
+}
+
+/// Does coherence pay for so many frames of which this share is dirty?
+pub fn promises(costs: &Costs, share: f64, frames: usize, workers: &Workers) -> bool {
+    let asked = Price::of(frames, costs.asked_s(), workers);
+    let proxies = Price::of(1, costs.whole_s(), workers);
+    let rest = Price::of(frames, costs.partial_s(share), workers);
+    let stock = Price::of(frames, costs.whole_s(), workers);
+    asked.and(proxies).and(rest).beats(&stock)
+}
+
+impl Film<'_> {
+    /// Where everything is in the middle frame, and what a sample of its blocks
+    /// says.
+    pub fn sounding(&self) -> Result<Found<Sounding>, RenderError> {
+        match self.boxes(&[self.middle()], self.run)? {
+            Found::This(boxes) => self.sampled(&boxes).map(Found::This),
+            Found::Whole(reasons) => Ok(Found::Whole(reasons)),
+        }
+    }
+
+    fn middle(&self) -> u32 {
+        self.frames[self.frames.len() / 2]
+    }
+
+    fn sampled(&self, boxes: &[FrameBoxes]) -> Result<Sounding, RenderError> {
+        let (finding, masks) =
+            Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
+        let (share, pixels) = finding.sample(&masks)?;
+        tracing::debug!(share, "sounding");
+        Ok(Sounding { share, pixels })
+    }
+
+    /// The trial, and what can be found out beside it.
+    pub fn trial_and_sounding(&self) -> Result<(Trial, Early), RenderError> {
+        if self.frames.len() < FRAMES_BESIDE {
+            return Ok((self.trial()?, Early::default()));
+        }
+        let over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let beside = scope.spawn(|| self.beside(&over));
+            let trial = self.trial();
+            over.store(true, Ordering::Relaxed);
+            let early = beside.join();
+            let early = early.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            Ok((trial?, early?))
+        })
+    }
+
+    fn beside(&self, over: &AtomicBool) -> Result<Early, RenderError> {
+        let began = Instant::now();
+        let mut early = Early::default();
+        let own: RunContext = measured(self.run);
+        let middle = self.boxes(&[self.middle()], &own);
+        add(&own, self.run);
+        let middle = match middle? {
+            Found::This(boxes) => boxes,
+            Found::Whole(reasons) => {
+                early.sounding = Some(Found::Whole(reasons));
+                return Ok(early);
+            }
+        };
+        let asked_s = own.tally.cpu().as_secs_f64();
+        let done = || over.load(Ordering::Relaxed) || self.run.is_cancelled();
+        while !done() && !is_cheap(asked_s, began.elapsed()) {
+            std::thread::sleep(TICK);
+        }
+        if done() {
+            return Ok(early);
+        }
+        std::thread::scope(|scope| {
+            let all = scope.spawn(|| self.boxes(&self.frames, self.run));
+            early.sounding = Some(Found::This(self.sampled(&middle)?));
+            let all = all.join();
+            early.boxes = Some(all.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+            Ok(early)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WORKERS: Workers = Workers {
+        stated: None,
+        most: 16,
+        cores: 2,
+    };
+
+    fn costs(parse_s: f64, trace_s: f64) -> Costs {
+        Costs {
+            parse_s,
+            trace_s,
+            other_s: 0.1,
+        }
+    }
+
+    #[test]
+    fn few_dirty_blocks_of_heavy_frames_promise_much() {
+        let heavy = costs(0.02, 3.0);
+        assert!(promises(&heavy, 0.2, 38, &WORKERS));
+        assert!(!promises(&heavy, 0.8, 38, &WORKERS), "nearly all is dirty");
+        assert!(!promises(&heavy, 0.2, 2, &WORKERS), "a pass for two frames");
+        assert!(!promises(&costs(0.02, 0.03), 0.2, 38, &WORKERS), "light");
+        assert!(!promises(&costs(3.0, 1.0), 0.2, 38, &WORKERS), "all is text");
+    }
+
+    #[test]
+    fn what_is_asked_beside_costs_little_of_the_film() {
+        let after = |seconds| Duration::from_secs_f64(CALL_S + seconds);
+        assert!(is_cheap(0.02, after(1.0)));
+        assert!(!is_cheap(0.02, after(0.5)), "frames may be light");
+        assert!(!is_cheap(0.5, after(5.0)), "it takes long to read");
+        assert!(!is_cheap(0.02, Duration::ZERO));
+        // One frame is asked for in any case.
+        assert!(1.0 / FRAMES_BESIDE as f64 <= BESIDE);
+    }
+}
