@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use decor_api::RunContext;
 use decor_povray::plain::PlainScene;
-use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Hulls, Pixels, Proxy, Sampling, View};
+use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Grid, Hulls, Pixels, Proxy, Sampling, View};
 
 use super::Look;
 use super::price::Costs;
@@ -40,6 +40,26 @@ impl Masks {
         let sum: f64 = self.dirty.iter().map(Blocks::share).sum();
         sum / self.dirty.len().max(1) as f64
     }
+}
+
+/// What some blocks of a frame tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// The share of all blocks that is touched.
+    pub share: f64,
+    /// Those of the sample that are.
+    pub touched: Blocks,
+    /// Pixels that were traced to know.
+    pub pixels: u64,
+}
+
+/// One block of some, spread evenly.
+fn one_of_some(dirty: &Blocks, grid: Grid) -> Blocks {
+    let mut number = 0;
+    Blocks::of(grid, |block| {
+        number += usize::from(dirty.has(block));
+        dirty.has(block) && number % SAMPLE == 1
+    })
 }
 
 /// What finding them needs.
@@ -191,30 +211,34 @@ impl<'a> Finding<'a> {
     }
 
     /// The share of the first frame's blocks that is touched, by one block of some;
-    /// and the pixels that were traced to know.
-    pub fn sample(&self, masks: &Masks) -> Result<(f64, u64), RenderError> {
+    /// which of these are; and the pixels that were traced to know.
+    pub fn sample(&self, masks: &Masks) -> Result<Sample, RenderError> {
         let grid = self.scene.grid();
         let group = Group {
             frames: 0..1,
             touchable: Blocks::all(grid),
         };
-        let Some(mut pass) = self.pass(group, masks) else {
-            return Ok((1.0, 0));
+        let mut sample = Sample {
+            share: 1.0,
+            touched: Blocks::none(grid),
+            pixels: 0,
         };
-        let mut number = 0;
-        pass.asked = Blocks::of(grid, |block| {
-            number += usize::from(pass.dirty.has(block));
-            pass.dirty.has(block) && number % SAMPLE == 1
-        });
+        let Some(mut pass) = self.pass(group, masks) else {
+            return Ok(sample);
+        };
+        pass.asked = one_of_some(&pass.dirty, grid);
         let (asked, dirty) = (pass.asked.len(), pass.dirty.share());
         if asked == 0 {
-            return Ok((dirty, 0));
+            sample.share = dirty;
+            return Ok(sample);
         }
-        let pixels = self.pixels(pass.asked.iter());
+        sample.pixels = self.pixels(pass.asked.iter());
         let (touched, _) = self.touched(&[pass])?;
-        let touched = touched.iter().map(|t| t.dirty(Sampling::Once).len());
-        let share = touched.sum::<usize>() as f64 / asked as f64;
-        Ok((dirty * share, pixels))
+        for pixels in touched {
+            sample.touched = sample.touched.or(&pixels.dirty(Sampling::Once));
+        }
+        sample.share = dirty * sample.touched.len() as f64 / asked as f64;
+        Ok(sample)
     }
 
     fn pixels(&self, blocks: impl Iterator<Item = usize>) -> u64 {
@@ -350,4 +374,28 @@ struct Beyond {
     untouched: Vec<Blocks>,
     /// Pixels that were traced to know.
     pixels: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use decor_api::Size;
+
+    use super::*;
+
+    #[test]
+    fn a_sample_is_spread_over_what_is_dirty() {
+        let size = Size {
+            width: 32 * 10,
+            height: 32 * 7,
+        };
+        let grid = Grid { size };
+        let even = Blocks::of(grid, |block| block % 2 == 0);
+        let sample = one_of_some(&even, grid);
+        let expected: Vec<usize> = (0..70).step_by(2 * SAMPLE).collect();
+        assert_eq!(sample.iter().collect::<Vec<_>>(), expected);
+        assert!(one_of_some(&Blocks::none(grid), grid).is_empty());
+        // Something dirty is never overlooked.
+        let last = Blocks::of(grid, |block| block == 69);
+        assert_eq!(one_of_some(&last, grid), last);
+    }
 }

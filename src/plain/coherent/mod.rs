@@ -35,7 +35,7 @@ use super::{Done, workers};
 use crate::render::RenderError;
 use film::{Film, Found, Trial};
 use rest::Rest;
-use sounding::{Early, Sounding, promises};
+use sounding::{Early, promises};
 
 pub use price::{Costs, Price};
 
@@ -153,11 +153,18 @@ fn coherent(
         None => Some(film.sounding()?),
         known => known,
     };
+    let mut dirtier = 1.0;
     match sounding {
         Some(Found::Whole(reasons)) => return Ok(Found::Whole(reasons)),
-        Some(Found::This(Sounding { share, pixels })) => {
-            done.block_pixels += pixels;
-            done.dirty = Some(share);
+        Some(Found::This(sounding)) => {
+            done.block_pixels += sounding.pixels;
+            done.dirty = Some(sounding.share);
+            dirtier = sounding.dirtier(&trial.costs);
+            if let Some(block) = sounding.unlike(trial)? {
+                return Ok(Found::Whole(vec![rest::depends(block)]));
+            }
+            let share = sounding.share * dirtier;
+            tracing::debug!(dirtier, "some blocks both ways");
             if !always && !promises(&trial.costs, share, left, &film.workers) {
                 return Ok(Found::Whole(vec![DEAR.into()]));
             }
@@ -180,7 +187,7 @@ fn coherent(
     done.dirty = Some(masks.share());
     let plan = schedule(film.scene.grid(), &masks.dirty, &trial.frames);
     let stock = Price::of(left, trial.costs.whole_s(), &film.workers);
-    let price = film.price(&trial.costs, &plan, 1.0);
+    let price = film.price(&trial.costs, &plan, dirtier);
     tracing::debug!(
         dirty = masks.share(),
         traced = plan.traced(),
@@ -244,14 +251,15 @@ pub fn forecast(
     said.costs = trial.as_ref().map(|trial| trial.costs);
     if let Some(trial) = &trial {
         let (costs, left) = (&trial.costs, film.frames.len() - trial.frames.len());
-        let Sounding { share, .. } = match film.sounding()? {
+        let sounding = match film.sounding()? {
             Found::This(found) => found,
             Found::Whole(reasons) => {
                 said.whole = reasons;
                 return Ok(said);
             }
         };
-        said.dirty = Some(share);
+        said.dirty = Some(sounding.share);
+        let share = sounding.share * sounding.dirtier(costs);
         if !price::may_pay(costs, left, &film.workers)
             || !promises(costs, share, left, &film.workers)
         {

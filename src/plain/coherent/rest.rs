@@ -150,9 +150,7 @@ impl Rest<'_, '_> {
             let unlike = unedited::differing(second, file, dirty)?;
             let _ = std::fs::remove_file(file);
             if let Some(block) = unlike.iter().next() {
-                return Ok(Found::Whole(vec![format!(
-                    "pixels depend on those that were traced before them (block {block})"
-                )]));
+                return Ok(Found::Whole(vec![depends(block)]));
             }
         }
         let usual_s = trial.costs.trace_s * dirty.share();
@@ -262,6 +260,11 @@ impl Rest<'_, '_> {
             .unwrap_or(1)
             .max(1)
     }
+}
+
+/// Why a scene in which a block came out otherwise is rendered whole.
+pub fn depends(block: usize) -> String {
+    format!("pixels depend on those that were traced before them (block {block})")
 }
 
 #[cfg(test)]

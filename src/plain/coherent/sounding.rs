@@ -1,5 +1,8 @@
 //! A sounding: what the middle frame says before all others are looked at. It costs
-//! little, and often says that all the rest is not worth while.
+//! little, and often says that all the rest is not worth while: a sample of its
+//! blocks tells what share of them is dirty; those of them that are dirty are traced
+//! apart from the others, which tells what a dirty block costs, and whether it comes
+//! out as in the whole frame.
 //!
 //! It needs nothing of the frames that are rendered whole, so it is done beside
 //! them, and so is the question where everything is in all frames: POV-Ray sleeps
@@ -11,10 +14,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use decor_api::RunContext;
-use decor_povray::unedited::FrameBoxes;
+use decor_povray::plain::Part;
+use decor_povray::unedited::{Blocks, FrameBoxes, Traced, differing, only};
 
 use super::film::{Film, Found, Trial, add, measured};
-use super::masks::Finding;
+use super::masks::{Finding, Sample};
 use super::price::{CALL_S, Costs, Price};
 use crate::plain::pool::Workers;
 use crate::render::RenderError;
@@ -28,13 +32,48 @@ const FRAMES_BESIDE: usize = 34;
 /// Between two looks at the clock.
 const TICK: Duration = Duration::from_millis(25);
 
+/// A group of frames has more dirty blocks than one of them.
+const GROUPED: f64 = 1.2;
+
+/// Proxies cost about so many frames: one or two for all frames at once, and as
+/// much again for parts of them.
+const PROXIES: usize = 3;
+
 /// What a sounding says.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Sounding {
     /// The share of blocks that is dirty in the middle frame.
     pub share: f64,
     /// Pixels that were traced to know.
     pub pixels: u64,
+    /// Some of the dirty blocks, and what they took apart from the others.
+    apart: Option<(Blocks, Traced)>,
+}
+
+impl Sounding {
+    /// What a dirty block costs, in average blocks.
+    pub fn dirtier(&self, costs: &Costs) -> f64 {
+        let took = self.apart.as_ref().map(|(blocks, traced)| {
+            traced.timing.trace_s / (blocks.share() * costs.trace_s)
+        });
+        // A few blocks of a light frame say nothing.
+        took.filter(|dirtier| dirtier.is_finite() && *dirtier > 0.0)
+            .unwrap_or(1.0)
+            .clamp(0.5, 4.0)
+    }
+
+    /// A block that came out otherwise than in the whole frame.
+    pub fn unlike(&self, trial: &Trial) -> Result<Option<usize>, RenderError> {
+        let (Some((blocks, traced)), Some(whole)) = (&self.apart, trial.blocks(1)) else {
+            return Ok(None);
+        };
+        let mut found = None;
+        for (_, file) in &traced.blocks {
+            found = found.or(differing(whole, file, blocks)?.iter().next());
+            let _ = std::fs::remove_file(file);
+        }
+        Ok(found)
+    }
 }
 
 /// What was found out beside the first frames, where that was done.
@@ -50,11 +89,12 @@ fn is_cheap(asked_s: f64, so_far: Duration) -> bool {
     asked_s <= BESIDE * (so_far.as_secs_f64() - CALL_S)
 }
 
-/// Does coherence pay for so many frames of which this share is dirty?
+/// Does coherence pay for so many frames of which this share is dirty, in blocks of
+/// average price?
 pub fn promises(costs: &Costs, share: f64, frames: usize, workers: &Workers) -> bool {
     let asked = Price::of(frames, costs.asked_s(), workers);
-    let proxies = Price::of(1, costs.whole_s(), workers);
-    let rest = Price::of(frames, costs.partial_s(share), workers);
+    let proxies = Price::of(PROXIES, costs.whole_s(), workers);
+    let rest = Price::of(frames, costs.partial_s((GROUPED * share).min(1.0)), workers);
     let stock = Price::of(frames, costs.whole_s(), workers);
     asked.and(proxies).and(rest).beats(&stock)
 }
@@ -76,9 +116,32 @@ impl Film<'_> {
     fn sampled(&self, boxes: &[FrameBoxes]) -> Result<Sounding, RenderError> {
         let (finding, masks) =
             Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
-        let (share, pixels) = finding.sample(&masks)?;
+        let Sample {
+            share,
+            touched,
+            mut pixels,
+        } = finding.sample(&masks)?;
+        let mut apart = None;
+        if !touched.is_empty() {
+            let state = |_| only(self.scene.grid(), &touched);
+            let part = Part {
+                first: self.middle(),
+                last: self.middle(),
+                threads: None,
+            };
+            let traced = self.scene.trace(part, &state, self.run)?;
+            for (_, picture) in &traced.pictures {
+                let _ = std::fs::remove_file(picture);
+            }
+            pixels += self.pixels(&touched);
+            apart = Some((touched, traced));
+        }
         tracing::debug!(share, "sounding");
-        Ok(Sounding { share, pixels })
+        Ok(Sounding {
+            share,
+            pixels,
+            apart,
+        })
     }
 
     /// The trial, and what can be found out beside it.
@@ -130,6 +193,9 @@ impl Film<'_> {
 
 #[cfg(test)]
 mod tests {
+    use decor_api::Size;
+    use decor_povray::unedited::{Grid, Timing};
+
     use super::*;
 
     const WORKERS: Workers = Workers {
@@ -151,9 +217,45 @@ mod tests {
         let heavy = costs(0.02, 3.0);
         assert!(promises(&heavy, 0.2, 38, &WORKERS));
         assert!(!promises(&heavy, 0.8, 38, &WORKERS), "nearly all is dirty");
-        assert!(!promises(&heavy, 0.2, 2, &WORKERS), "a pass for two frames");
+        assert!(!promises(&heavy, 0.2, 4, &WORKERS), "proxies for four frames");
         assert!(!promises(&costs(0.02, 0.03), 0.2, 38, &WORKERS), "light");
         assert!(!promises(&costs(3.0, 1.0), 0.2, 38, &WORKERS), "all is text");
+    }
+
+    #[test]
+    fn what_dirty_blocks_take_tells_their_price() {
+        let grid = Grid {
+            size: Size {
+                width: 320,
+                height: 320,
+            },
+        };
+        let some = Blocks::of(grid, |block| block < 10);
+        let sounding = |trace_s| Sounding {
+            share: 0.3,
+            pixels: 0,
+            apart: Some((
+                some.clone(),
+                Traced {
+                    pictures: Vec::new(),
+                    blocks: Vec::new(),
+                    timing: Timing {
+                        parse_s: 1.0,
+                        trace_s,
+                    },
+                },
+            )),
+        };
+        let costs = costs(0.5, 4.0);
+        // A tenth of the blocks: 0.4 s if they were average ones.
+        assert!((sounding(0.6).dirtier(&costs) - 1.5).abs() < 1e-9);
+        assert!((sounding(0.0).dirtier(&costs) - 1.0).abs() < 1e-9);
+        let nothing = Sounding {
+            share: 0.3,
+            pixels: 0,
+            apart: None,
+        };
+        assert!((nothing.dirtier(&costs) - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -47,7 +47,7 @@ mod view;
 pub use analysis::{Analysis, Kind, Options, Refusal, Statement, analyse};
 pub use blocks::{Blocks, Grid, Pixels, Sampling};
 pub use boxes::{Boxes, Extent, FrameBoxes, Placed, boxes};
-pub use frames::{Finished, Timing, Traced, differing};
+pub use frames::{Finished, Timing, Traced, differing, only};
 pub use geometry::Geometry;
 pub use hulls::Hulls;
 pub use keys::{Schedule, schedule};

@@ -28,13 +28,12 @@ use decor_api::{AdapterError, RunContext};
 
 use super::analysis::Analysis;
 use super::blocks::{Blocks, Grid, Pixels};
-use super::frames::{Timing, blocks_of, timing};
+use super::frames::{Timing, blocks_of, only, timing};
 use super::hulls::{Aabb, Hulls};
 use super::source::{Copy, Sources};
 use super::view::View;
 use crate::number::vector;
 use crate::plain::{More, Part, PlainScene};
-use crate::state;
 
 /// No picture is as bright.
 const TOUCHED: f32 = 1e6;
@@ -126,7 +125,6 @@ impl<'a> Proxy<'a> {
         if self.once {
             switches.push("-A".into());
         }
-        let ids: Vec<u32> = asked.iter().map(|id| id as u32).collect();
         let size = self.grid.size;
         let part = Part {
             first: self.frame,
@@ -135,7 +133,7 @@ impl<'a> Proxy<'a> {
         };
         let more = More {
             switches,
-            state: Some(&|_| state::masked(size, &ids)),
+            state: Some(&|_| only(self.grid, asked)),
         };
         let called = self.scene.call(part, "touched", &more, run)?;
         let mut pixels = Pixels::none(size);
