@@ -1,7 +1,7 @@
 //! Workers side by side.
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -48,10 +48,12 @@ struct State {
 }
 
 /// Renders frames in parts, from a first to a last one, in any order. Parts have
-/// `longest` frames at most; `work` gives how many frames are in their places.
+/// `longest` frames at most; `work` gives how many frames are in their places. No
+/// part begins where `halt` is set.
 ///
 /// # Errors
 /// The first thing that went wrong.
+#[expect(clippy::too_many_arguments, reason = "a pool has one caller a case")]
 pub fn pool(
     frames: &BTreeSet<u32>,
     step: u32,
@@ -59,6 +61,7 @@ pub fn pool(
     first: Pace,
     workers: Workers,
     run: &RunContext,
+    halt: Option<&AtomicBool>,
     work: impl Fn(u32, u32) -> Result<u64, RenderError> + Sync,
 ) -> Result<(), RenderError> {
     let clock = Clock::start();
@@ -70,7 +73,8 @@ pub fn pool(
     });
     let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
     let worker = |number: usize| {
-        while !run.is_cancelled() {
+        let halted = || halt.is_some_and(|halt| halt.load(Ordering::Relaxed));
+        while !run.is_cancelled() && !halted() {
             let part = {
                 let mut state = lock();
                 if state.queue.is_empty() {

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicU64;
 use std::sync::{Mutex, PoisonError};
 
 use decor_api::{AdapterError, RunContext};
@@ -27,6 +28,8 @@ pub struct Film<'a> {
     pub run: &'a RunContext,
     /// Frames that were handed over.
     pub given: Mutex<BTreeSet<u32>>,
+    /// How many of them are put together from known and traced blocks.
+    pub composed: AtomicU64,
 }
 
 /// Two frames, rendered whole.
@@ -49,6 +52,19 @@ impl Trial {
 pub enum Found<T> {
     This(T),
     Whole(Vec<String>),
+}
+
+/// Where proxies cannot be rendered, the copy is at fault: the scene itself can be.
+pub fn unless_copy_fails<T>(found: Result<T, RenderError>) -> Result<Found<T>, RenderError> {
+    match found {
+        Err(RenderError::Adapter(
+            error @ (AdapterError::Failed { .. } | AdapterError::BadOutput { .. }),
+        )) => {
+            let reason = format!("proxies could not be rendered: {error}");
+            Ok(Found::Whole(vec![reason]))
+        }
+        other => Ok(Found::This(other?)),
+    }
 }
 
 impl Film<'_> {
@@ -148,15 +164,9 @@ impl Film<'_> {
         let (finding, mut masks) =
             Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
         if let Some((costs, at_least_once)) = costs {
-            match finding.by_proxies(&mut masks, costs, at_least_once) {
-                Err(RenderError::Adapter(
-                    error @ (AdapterError::Failed { .. } | AdapterError::BadOutput { .. }),
-                )) => {
-                    // The scene itself was rendered: the copy is at fault.
-                    let reason = format!("proxies could not be rendered: {error}");
-                    return Ok(Found::Whole(vec![reason]));
-                }
-                other => other?,
+            let found = finding.by_proxies(&mut masks, costs, at_least_once);
+            if let Found::Whole(reasons) = unless_copy_fails(found)? {
+                return Ok(Found::Whole(reasons));
             }
         }
         Ok(Found::This(masks))

@@ -23,6 +23,7 @@ mod sounding;
 
 use std::collections::BTreeSet;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use decor_api::{AdapterError, RunContext};
 use decor_povray::PovRay;
@@ -107,6 +108,7 @@ pub fn render(
         workers: workers(delivery, wanted.len()),
         run,
         given: Mutex::default(),
+        composed: AtomicU64::default(),
     };
     let mut reasons: Vec<String> = look.whole.iter().map(ToString::to_string).collect();
     if reasons.is_empty() && wanted.len() < 3 {
@@ -122,15 +124,17 @@ pub fn render(
     for (frame, file) in trial.traced.iter().flat_map(|traced| &traced.pictures) {
         film.give(delivery, *frame, file)?;
     }
-    done.whole_pixels = trial.frames.len() as u64 * pixels;
     let found = coherent(&film, delivery, &trial, early, always, &mut done)?;
     if let Found::Whole(reasons) = found {
         let left = wanted.iter().filter(|frame| !film.is_given(**frame));
         let left: BTreeSet<u32> = left.copied().collect();
-        super::whole(delivery, &left, Some(trial.costs.whole_s()), run)?;
+        if !left.is_empty() {
+            super::whole(delivery, &left, Some(trial.costs.whole_s()), run)?;
+        }
         done.whole = reasons;
-        done.whole_pixels += left.len() as u64 * pixels;
     }
+    let composed = film.composed.load(Ordering::Relaxed);
+    done.whole_pixels = (wanted.len() as u64 - composed) * pixels;
     Ok(done)
 }
 
@@ -148,29 +152,10 @@ fn coherent(
     if !always && !price::may_pay(&trial.costs, left, &film.workers) {
         return Ok(Found::Whole(vec![DEAR.into()]));
     }
-    let sounding = match early.sounding {
-        None if always => None,
-        None => Some(film.sounding()?),
-        known => known,
+    let dirtier = match film.sounded(delivery, trial, early.sounding, always, done)? {
+        Found::This(dirtier) => dirtier,
+        Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
     };
-    let mut dirtier = 1.0;
-    match sounding {
-        Some(Found::Whole(reasons)) => return Ok(Found::Whole(reasons)),
-        Some(Found::This(sounding)) => {
-            done.block_pixels += sounding.pixels;
-            done.dirty = Some(sounding.share);
-            dirtier = sounding.dirtier(&trial.costs);
-            if let Some(block) = sounding.unlike(trial)? {
-                return Ok(Found::Whole(vec![rest::depends(block)]));
-            }
-            let share = sounding.share * dirtier;
-            tracing::debug!(dirtier, "some blocks both ways");
-            if !always && !promises(&trial.costs, share, left, &film.workers) {
-                return Ok(Found::Whole(vec![DEAR.into()]));
-            }
-        }
-        None => {}
-    }
     let boxes = match early.boxes {
         Some(boxes) => boxes,
         None => film.boxes(&film.frames, film.run)?,
@@ -185,8 +170,10 @@ fn coherent(
     };
     done.block_pixels += masks.pixels;
     done.dirty = Some(masks.share());
-    let plan = schedule(film.scene.grid(), &masks.dirty, &trial.frames);
-    let stock = Price::of(left, trial.costs.whole_s(), &film.workers);
+    let plan = schedule(film.scene.grid(), &masks.dirty, &trial.frames, |frame| {
+        film.is_given(film.frames[frame])
+    });
+    let stock = Price::of(plan.frames(), trial.costs.whole_s(), &film.workers);
     let price = film.price(&trial.costs, &plan, dirtier);
     tracing::debug!(
         dirty = masks.share(),
@@ -246,6 +233,7 @@ pub fn forecast(
         frames,
         run,
         given: Mutex::default(),
+        composed: AtomicU64::default(),
     };
     let trial = if probe { Some(film.trial()?) } else { None };
     said.costs = trial.as_ref().map(|trial| trial.costs);
@@ -288,7 +276,7 @@ pub fn forecast(
     said.dirty = known.then(|| masks.share());
     if let Some(trial) = trial {
         let costs = trial.costs;
-        let plan = schedule(scene.grid(), &masks.dirty, &trial.frames);
+        let plan = schedule(scene.grid(), &masks.dirty, &trial.frames, |_| false);
         let all = film.frames.len();
         let stock = Price::of(all, costs.whole_s(), &film.workers);
         let first = Price::of(trial.frames.len(), costs.whole_s(), &film.workers);

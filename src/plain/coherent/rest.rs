@@ -3,6 +3,7 @@
 //! ended well.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::Ordering;
 use std::sync::{Condvar, Mutex, PoisonError};
 
 use decor_povray::plain::Part;
@@ -161,8 +162,7 @@ impl Rest<'_, '_> {
             1.0
         };
         tracing::debug!(dirtier, "a frame both ways");
-        let left = film.frames.len() - trial.frames.len();
-        let stock = Price::of(left, trial.costs.whole_s(), &film.workers);
+        let stock = Price::of(self.plan.frames(), trial.costs.whole_s(), &film.workers);
         if self.always || film.price(&trial.costs, self.plan, dirtier).beats(&stock) {
             Ok(Found::This(()))
         } else {
@@ -201,6 +201,7 @@ impl Rest<'_, '_> {
     fn give(&self, traced: &Traced) -> Result<(), RenderError> {
         for (frame, file) in &traced.pictures {
             self.film.give(self.delivery, *frame, file)?;
+            self.film.composed.fetch_add(1, Ordering::Relaxed);
         }
         Ok(())
     }
@@ -230,6 +231,7 @@ impl Rest<'_, '_> {
             pace,
             film.workers,
             film.run,
+            None,
             |first, last| {
                 if gate.is_shut() {
                     return Ok(0);
@@ -270,7 +272,7 @@ pub fn depends(block: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::atomic::AtomicBool;
     use std::time::Duration;
 
     #[test]

@@ -10,6 +10,7 @@
 //! yet. Known is how long they have taken so far: what is asked beside them may
 //! cost [`BESIDE`] of what the film takes if no frame takes longer than that.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -17,10 +18,14 @@ use decor_api::RunContext;
 use decor_povray::plain::Part;
 use decor_povray::unedited::{Blocks, FrameBoxes, Traced, differing, only};
 
-use super::film::{Film, Found, Trial, add, measured};
+use super::film::{Film, Found, Trial, add, measured, unless_copy_fails};
 use super::masks::{Finding, Sample};
 use super::price::{CALL_S, Costs, Price};
-use crate::plain::pool::Workers;
+use super::rest::depends;
+use super::{DEAR, Done};
+use crate::plain::delivery::Delivery;
+use crate::plain::pace::Pace;
+use crate::plain::pool::{Workers, pool};
 use crate::render::RenderError;
 
 /// What is asked beside the first frames may cost this share of the film.
@@ -39,6 +44,17 @@ const GROUPED: f64 = 1.2;
 /// much again for parts of them.
 const PROXIES: usize = 3;
 
+/// A dirty block costs so many average ones, which is taken for certain as if so
+/// many blocks had said it.
+const USUAL: (f64, f64) = (1.2, 4.0);
+
+/// So long a sounding takes on the clock, nearly all of it asleep: three calls.
+const SOUNDING_S: f64 = 2.2;
+
+/// Where it takes more than this share of the film, whole frames are rendered
+/// meanwhile.
+const IDLE: f64 = 0.04;
+
 /// What a sounding says.
 #[derive(Debug)]
 pub struct Sounding {
@@ -51,15 +67,18 @@ pub struct Sounding {
 }
 
 impl Sounding {
-    /// What a dirty block costs, in average blocks.
+    /// What a dirty block costs, in average blocks: the fewer were traced, the nearer
+    /// to what is usual.
     pub fn dirtier(&self, costs: &Costs) -> f64 {
-        let took = self.apart.as_ref().map(|(blocks, traced)| {
-            traced.timing.trace_s / (blocks.share() * costs.trace_s)
+        let (count, took) = self.apart.as_ref().map_or((0.0, 0.0), |(blocks, traced)| {
+            let average_s = costs.trace_s * blocks.share() / blocks.len() as f64;
+            (blocks.len() as f64, traced.timing.trace_s / average_s)
         });
-        // A few blocks of a light frame say nothing.
-        took.filter(|dirtier| dirtier.is_finite() && *dirtier > 0.0)
-            .unwrap_or(1.0)
-            .clamp(0.5, 4.0)
+        if took.is_finite() {
+            (took + USUAL.0 * USUAL.1) / (count + USUAL.1)
+        } else {
+            USUAL.0
+        }
     }
 
     /// A block that came out otherwise than in the whole frame.
@@ -100,11 +119,101 @@ pub fn promises(costs: &Costs, share: f64, frames: usize, workers: &Workers) -> 
 }
 
 impl Film<'_> {
+    /// Is it worth while to look at all frames? In the end what a dirty block costs,
+    /// in average blocks. Short films are rendered whole meanwhile.
+    pub fn sounded(
+        &self,
+        delivery: &Delivery<'_>,
+        trial: &Trial,
+        early: Option<Found<Sounding>>,
+        always: bool,
+        done: &mut Done,
+    ) -> Result<Found<f64>, RenderError> {
+        let left = self.frames.len() - trial.frames.len();
+        let mut decide = |early: Option<Found<Sounding>>| {
+            let sounding = match early {
+                Some(known) => known,
+                None if always => return Ok(Found::This(USUAL.0)),
+                None => self.sounding()?,
+            };
+            let sounding = match sounding {
+                Found::This(sounding) => sounding,
+                Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
+            };
+            done.block_pixels += sounding.pixels;
+            done.dirty = Some(sounding.share);
+            if let Some(block) = sounding.unlike(trial)? {
+                return Ok(Found::Whole(vec![depends(block)]));
+            }
+            let dirtier = sounding.dirtier(&trial.costs);
+            let share = sounding.share * dirtier;
+            tracing::debug!(dirtier, "some blocks both ways");
+            if always || promises(&trial.costs, share, left, &self.workers) {
+                Ok(Found::This(dirtier))
+            } else {
+                Ok(Found::Whole(vec![DEAR.into()]))
+            }
+        };
+        let each_s = trial.costs.whole_s();
+        let stock = Price::of(left, each_s, &self.workers);
+        if always || early.is_some() || SOUNDING_S < IDLE * stock.wall_s {
+            return decide(early);
+        }
+        let halt = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let sounding = scope.spawn(|| {
+                let found = decide(early);
+                // Where frames are rendered whole, they go on.
+                let go_on = matches!(found, Ok(Found::Whole(_)));
+                halt.store(!go_on, Ordering::Relaxed);
+                found
+            });
+            let meanwhile = self.meanwhile(delivery, each_s, &halt);
+            let found = sounding.join();
+            let found = found.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            meanwhile?;
+            found
+        })
+    }
+
+    /// Renders frames whole until it is told to halt.
+    fn meanwhile(
+        &self,
+        delivery: &Delivery<'_>,
+        each_s: f64,
+        halt: &AtomicBool,
+    ) -> Result<(), RenderError> {
+        let left = self.frames.iter().filter(|frame| !self.is_given(**frame));
+        let left: BTreeSet<u32> = left.copied().collect();
+        let pace = Pace::of(Some(each_s), &self.workers);
+        pool(
+            &left,
+            self.scene.frames.step,
+            pace.shortest(),
+            pace,
+            self.workers,
+            self.run,
+            Some(halt),
+            |first, last| {
+                let part = Part {
+                    first,
+                    last,
+                    threads: Some(1),
+                };
+                let files = self.scene.render(part, self.run)?;
+                for (frame, file) in &files {
+                    self.give(delivery, *frame, file)?;
+                }
+                Ok(files.len() as u64)
+            },
+        )
+    }
+
     /// Where everything is in the middle frame, and what a sample of its blocks
     /// says.
     pub fn sounding(&self) -> Result<Found<Sounding>, RenderError> {
         match self.boxes(&[self.middle()], self.run)? {
-            Found::This(boxes) => self.sampled(&boxes).map(Found::This),
+            Found::This(boxes) => self.sampled(&boxes),
             Found::Whole(reasons) => Ok(Found::Whole(reasons)),
         }
     }
@@ -113,7 +222,11 @@ impl Film<'_> {
         self.frames[self.frames.len() / 2]
     }
 
-    fn sampled(&self, boxes: &[FrameBoxes]) -> Result<Sounding, RenderError> {
+    fn sampled(&self, boxes: &[FrameBoxes]) -> Result<Found<Sounding>, RenderError> {
+        unless_copy_fails(self.sample(boxes))
+    }
+
+    fn sample(&self, boxes: &[FrameBoxes]) -> Result<Sounding, RenderError> {
         let (finding, masks) =
             Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
         let Sample {
@@ -183,7 +296,7 @@ impl Film<'_> {
         }
         std::thread::scope(|scope| {
             let all = scope.spawn(|| self.boxes(&self.frames, self.run));
-            early.sounding = Some(Found::This(self.sampled(&middle)?));
+            early.sounding = Some(self.sampled(&middle)?);
             let all = all.join();
             early.boxes = Some(all.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
             Ok(early)
@@ -247,15 +360,18 @@ mod tests {
             )),
         };
         let costs = costs(0.5, 4.0);
-        // A tenth of the blocks: 0.4 s if they were average ones.
-        assert!((sounding(0.6).dirtier(&costs) - 1.5).abs() < 1e-9);
-        assert!((sounding(0.0).dirtier(&costs) - 1.0).abs() < 1e-9);
+        // A tenth of the blocks: 0.4 s if they were average ones. Ten of them say 2,
+        // and four 1.2.
+        assert!((sounding(0.8).dirtier(&costs) - 24.8 / 14.0).abs() < 1e-9);
         let nothing = Sounding {
             share: 0.3,
             pixels: 0,
             apart: None,
         };
-        assert!((nothing.dirtier(&costs) - 1.0).abs() < 1e-9);
+        assert!((nothing.dirtier(&costs) - 1.2).abs() < 1e-9);
+        // A frame that takes no time says nothing.
+        let none = Costs::default();
+        assert!((sounding(0.8).dirtier(&none) - 1.2).abs() < 1e-9);
     }
 
     #[test]
