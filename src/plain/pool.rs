@@ -156,7 +156,40 @@ pub fn side_by_side<T: Sync, R: Send, E: Send>(
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+    use std::sync::Arc;
+
     use super::*;
+
+    #[test]
+    fn a_halted_pool_begins_nothing_more() {
+        let run = RunContext {
+            work: PathBuf::new(),
+            keep: false,
+            timeout: Duration::from_secs(1),
+            threads: None,
+            cancel: Arc::default(),
+            tally: Arc::default(),
+        };
+        let workers = Workers {
+            stated: Some(1),
+            most: 1,
+            cores: 1,
+        };
+        let pace = Pace::of(Some(1.0), &workers);
+        let frames: BTreeSet<u32> = (1..=50).collect();
+        let rendered = |halted_after: usize| {
+            let (halt, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
+            let work = |first, last| {
+                let before = parts.fetch_add(1, Ordering::Relaxed);
+                halt.store(before + 1 == halted_after, Ordering::Relaxed);
+                Ok(u64::from(last - first + 1_u32))
+            };
+            pool(&frames, 1, 1, pace, workers, &run, Some(&halt), work).unwrap();
+            parts.into_inner()
+        };
+        assert_eq!((rendered(3), rendered(0)), (3, 50));
+    }
 
     #[test]
     fn results_are_in_order_and_errors_end_it() {

@@ -207,7 +207,9 @@ impl Film<'_> {
     /// The pixels of some blocks.
     pub fn pixels(&self, blocks: &Blocks) -> u64 {
         let grid = self.scene.grid();
-        let each = blocks.iter().map(|block| grid.window(block).pixels() as u64);
+        let each = blocks
+            .iter()
+            .map(|block| grid.window(block).pixels() as u64);
         each.sum()
     }
 }

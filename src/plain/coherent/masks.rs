@@ -9,7 +9,9 @@ use std::ops::Range;
 
 use decor_api::RunContext;
 use decor_povray::plain::PlainScene;
-use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Grid, Hulls, Pixels, Proxy, Sampling, View};
+use decor_povray::unedited::{
+    Blocks, FrameBoxes, Geometry, Grid, Hulls, Pixels, Proxy, Sampling, View,
+};
 
 use super::Look;
 use super::price::Costs;
@@ -159,9 +161,8 @@ impl<'a> Finding<'a> {
                 break;
             }
             let before: usize = masks.dirty.iter().map(Blocks::len).sum();
-            let beyond = |touched: &[Pixels]| {
-                self.beyond(&passes, touched, costs, block_s, at_least_once)
-            };
+            let beyond =
+                |touched: &[Pixels]| self.beyond(&passes, touched, costs, block_s, at_least_once);
             let ((touched, trace_s), beyond) = if level == 0 {
                 // Most of the border is clean: nothing is lost by asking at once.
                 let none = vec![Pixels::none(grid.size); passes.len()];

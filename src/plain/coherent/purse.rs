@@ -56,7 +56,10 @@ mod tests {
         assert!(purse.pay(10.0, true));
         assert!(!purse.pay(0.1, false));
         purse.saved(14.0);
-        assert!(!purse.pay(0.1, false), "half of what was saved only fills it");
+        assert!(
+            !purse.pay(0.1, false),
+            "half of what was saved only fills it"
+        );
         purse.saved(2.0);
         assert!(purse.pay(0.9, false) && !purse.pay(0.2, false));
     }

@@ -330,9 +330,15 @@ mod tests {
         let heavy = costs(0.02, 3.0);
         assert!(promises(&heavy, 0.2, 38, &WORKERS));
         assert!(!promises(&heavy, 0.8, 38, &WORKERS), "nearly all is dirty");
-        assert!(!promises(&heavy, 0.2, 4, &WORKERS), "proxies for four frames");
+        assert!(
+            !promises(&heavy, 0.2, 4, &WORKERS),
+            "proxies for four frames"
+        );
         assert!(!promises(&costs(0.02, 0.03), 0.2, 38, &WORKERS), "light");
-        assert!(!promises(&costs(3.0, 1.0), 0.2, 38, &WORKERS), "all is text");
+        assert!(
+            !promises(&costs(3.0, 1.0), 0.2, 38, &WORKERS),
+            "all is text"
+        );
     }
 
     #[test]

@@ -33,9 +33,7 @@ const OWN: &[&str] = &[
 /// Where media may be sampled at random, and why; empty: they are not.
 pub fn random(sources: &Sources) -> Vec<Refusal> {
     let files = sources.files.iter().filter(|file| !file.library);
-    let read: Vec<_> = files
-        .map(|file| (&file.name, tokens(&file.text)))
-        .collect();
+    let read: Vec<_> = files.map(|file| (&file.name, tokens(&file.text))).collect();
     // Media are older than method 3: without `#version`, POV-Ray 3.7 takes 3.6.
     let old = read.iter().any(|(_, list)| is_old(list));
     let mut found = Vec::new();

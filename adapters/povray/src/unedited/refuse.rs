@@ -99,7 +99,12 @@ impl<'a> Scene<'_, 'a> {
 
     /// The first place where a word is used.
     fn first(&self, word: &str) -> Option<(usize, usize)> {
-        let mut units = self.outline.units.iter().enumerate().zip(&self.placing.used);
+        let mut units = self
+            .outline
+            .units
+            .iter()
+            .enumerate()
+            .zip(&self.placing.used);
         units.find_map(|((index, unit), used)| {
             let tokens = &self.outline.tokens[unit.file].list;
             let is = |at: &usize| tokens[*at].kind == TokenKind::Word && tokens[*at].text == word;

@@ -324,7 +324,10 @@ mod tests {
             ("(B < 1 ? 2 : 3); A", "A"),
             ("M(1).x*2; A", "A"),
             ("#if(C) sphere { 0 1 } #else box { 0 1 } #end A", "A"),
-            ("#ifdef (C) sphere { #if(D) #end } #else object { B } #end; A", "A"),
+            (
+                "#ifdef (C) sphere { #if(D) #end } #else object { B } #end; A",
+                "A",
+            ),
             ("concat(\"a\", \"b\") #debug C", "debug C"),
         ];
         for (text, rest) in certain {
