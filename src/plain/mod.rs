@@ -184,6 +184,7 @@ fn whole(
         pace,
         workers,
         run,
+        None,
         |first, last| {
             let part = Part {
                 first,

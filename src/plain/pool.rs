@@ -1,7 +1,7 @@
 //! Workers side by side.
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -48,10 +48,12 @@ struct State {
 }
 
 /// Renders frames in parts, from a first to a last one, in any order. Parts have
-/// `longest` frames at most; `work` gives how many frames are in their places.
+/// `longest` frames at most; `work` gives how many frames are in their places. No
+/// part begins where `halt` is set.
 ///
 /// # Errors
 /// The first thing that went wrong.
+#[expect(clippy::too_many_arguments, reason = "a pool has one caller a case")]
 pub fn pool(
     frames: &BTreeSet<u32>,
     step: u32,
@@ -59,6 +61,7 @@ pub fn pool(
     first: Pace,
     workers: Workers,
     run: &RunContext,
+    halt: Option<&AtomicBool>,
     work: impl Fn(u32, u32) -> Result<u64, RenderError> + Sync,
 ) -> Result<(), RenderError> {
     let clock = Clock::start();
@@ -70,7 +73,8 @@ pub fn pool(
     });
     let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
     let worker = |number: usize| {
-        while !run.is_cancelled() {
+        let halted = || halt.is_some_and(|halt| halt.load(Ordering::Relaxed));
+        while !run.is_cancelled() && !halted() {
             let part = {
                 let mut state = lock();
                 if state.queue.is_empty() {
@@ -152,7 +156,40 @@ pub fn side_by_side<T: Sync, R: Send, E: Send>(
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+    use std::sync::Arc;
+
     use super::*;
+
+    #[test]
+    fn a_halted_pool_begins_nothing_more() {
+        let run = RunContext {
+            work: PathBuf::new(),
+            keep: false,
+            timeout: Duration::from_secs(1),
+            threads: None,
+            cancel: Arc::default(),
+            tally: Arc::default(),
+        };
+        let workers = Workers {
+            stated: Some(1),
+            most: 1,
+            cores: 1,
+        };
+        let pace = Pace::of(Some(1.0), &workers);
+        let frames: BTreeSet<u32> = (1..=50).collect();
+        let rendered = |halted_after: usize| {
+            let (halt, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
+            let work = |first, last| {
+                let before = parts.fetch_add(1, Ordering::Relaxed);
+                halt.store(before + 1 == halted_after, Ordering::Relaxed);
+                Ok(u64::from(last - first + 1_u32))
+            };
+            pool(&frames, 1, 1, pace, workers, &run, Some(&halt), work).unwrap();
+            parts.into_inner()
+        };
+        assert_eq!((rendered(3), rendered(0)), (3, 50));
+    }
 
     #[test]
     fn results_are_in_order_and_errors_end_it() {

@@ -105,6 +105,9 @@ fn camera(dice: &mut Dice, text: &mut String) {
     let to = place(dice, (-0.5, 0.5), (0.2, 1.0), (-0.5, 0.5));
     let angle = dice.within(35.0, 75.0);
     let line = match dice.below(10) {
+        0 if dice.chance(50) => format!(
+            "location {from} look_at {to} angle {angle} aperture .2 blur_samples 7 focal_point 0"
+        ),
         0..=4 => {
             format!("location {from} look_at {to} right x*image_width/image_height angle {angle}")
         }
@@ -145,6 +148,18 @@ fn surroundings(dice: &mut Dice, text: &mut String) {
     }
     if dice.chance(20) {
         text.push_str("fog { distance 30 rgb .6 }\n");
+    }
+    if dice.chance(8) {
+        let kind = *dice.pick(&["emission .05", "absorption .2", "scattering { 1, .2 }"]);
+        let _ = writeln!(
+            text,
+            "sphere {{ {}, 1 hollow pigment {{ rgbt 1 }} interior {{ media {{ {kind} samples 3 \
+             density {{ bozo }} }} }} }}",
+            place(dice, (-2.0, 2.0), (0.0, 2.0), (-1.0, 2.0))
+        );
+    }
+    if dice.chance(4) {
+        text.push_str("media { scattering { 1, .02 } samples 2 method 3 }\n");
     }
     if dice.chance(85) {
         let mirror = if dice.chance(25) {

@@ -20,8 +20,8 @@ const CASES: &[(&str, &str, &str)] = &[
     ),
     (
         "camera",
-        "camera { location <0, 1, -6> look_at 0 aperture .2 blur_samples 4 focal_point 0 }",
-        "focal blur",
+        "camera { location <0, 1, -6> look_at 0 aperture .2 blur_samples 4 bokeh { pigment { rgb 1 } } }",
+        "bokeh",
     ),
     ("light", "light_source { <4, 8 - clock, -6>, 1 }", "light"),
     (
@@ -49,7 +49,7 @@ const CASES: &[(&str, &str, &str)] = &[
     ),
     (
         "",
-        "sphere { <2, 0, 0>, .6 hollow pigment { rgbt 1 } interior { media { emission 1 } } }",
+        "sphere { <2, 0, 0>, .6 hollow pigment { rgbt 1 } interior { media { method 1 emission 1 } } }",
         "media",
     ),
     (
@@ -156,4 +156,30 @@ fn what_is_asked_for_whole_gives_no_reasons() {
         (String::new(), &"full".into())
     );
     assert!(!tried.stderr.contains("rendered whole"), "{}", tried.stderr);
+}
+
+/// Focal blur, and media by method 3: their samples depend on their place alone.
+#[test]
+fn what_only_looks_random_is_divided() {
+    let blurred = "camera { location <0, 1, -6> look_at 0 aperture .3 blur_samples 7 \
+                   focal_point <1, 0, 1> variance 1 / 1000 }\n";
+    let dust = "sphere { <1.2, .2, .5>, 1.3 hollow pigment { rgbt 1 } interior { media { \
+                scattering { 1, .2 } emission .05 density { bozo scale .4 } } } }\n\
+                media { scattering { 2, .02 } samples 4 }\n";
+    std::thread::scope(|scope| {
+        for (camera, more) in [(blurred, ""), (CAMERA, dust), (blurred, dust)] {
+            scope.spawn(move || {
+                let scene = format!("{SCENE}{camera}{LIGHT}{more}");
+                let folder = tempfile::tempdir().unwrap();
+                std::fs::write(folder.path().join("s.pov"), scene).unwrap();
+                let switches = ["+W128", "+H64", "+KFF3", "+A0.3", "+R2"];
+                let out = folder.path().join("out");
+                let tried = both(folder.path(), "s.pov", &switches, ALWAYS, &out);
+                tried.assert_identical(camera);
+                assert_eq!(tried.whole(), "", "{camera}{more}");
+                let dirty = tried.summary["dirty_blocks"].as_f64().unwrap();
+                assert!(dirty < 0.95, "{camera}{more}: {dirty}");
+            });
+        }
+    });
 }

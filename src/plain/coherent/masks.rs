@@ -9,18 +9,18 @@ use std::ops::Range;
 
 use decor_api::RunContext;
 use decor_povray::plain::PlainScene;
-use decor_povray::unedited::{Blocks, FrameBoxes, Geometry, Hulls, Pixels, Proxy, Sampling, View};
+use decor_povray::unedited::{
+    Blocks, FrameBoxes, Geometry, Grid, Hulls, Pixels, Proxy, Sampling, View,
+};
 
 use super::Look;
 use super::price::Costs;
+use super::purse::Purse;
 use crate::plain::pool::{Workers, side_by_side};
 use crate::render::RenderError;
 
 /// A pass of proxies is expected to save this share of what it looks at.
 const SAVES: f64 = 0.25;
-
-/// Passes that saved nothing yet may cost this share of the film.
-const RISK: f64 = 0.03;
 
 /// One block of so many tells what share of them is touched.
 const SAMPLE: usize = 7;
@@ -42,6 +42,26 @@ impl Masks {
         let sum: f64 = self.dirty.iter().map(Blocks::share).sum();
         sum / self.dirty.len().max(1) as f64
     }
+}
+
+/// What some blocks of a frame tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// The share of all blocks that is touched.
+    pub share: f64,
+    /// Those of the sample that are.
+    pub touched: Blocks,
+    /// Pixels that were traced to know.
+    pub pixels: u64,
+}
+
+/// One block of some, spread evenly.
+fn one_of_some(dirty: &Blocks, grid: Grid) -> Blocks {
+    let mut number = 0;
+    Blocks::of(grid, |block| {
+        number += usize::from(dirty.has(block));
+        dirty.has(block) && number % SAMPLE == 1
+    })
 }
 
 /// What finding them needs.
@@ -110,7 +130,7 @@ impl<'a> Finding<'a> {
         let grid = self.scene.grid();
         let block_s = costs.trace_s / grid.count() as f64;
         let mut proxy_s = block_s;
-        let mut purse_s = RISK * costs.whole_s() * self.boxes.len() as f64;
+        let mut purse = Purse::for_film(costs.whole_s() * self.boxes.len() as f64);
         let mut groups = vec![Group {
             frames: 0..self.boxes.len(),
             touchable: Blocks::all(grid),
@@ -135,18 +155,27 @@ impl<'a> Finding<'a> {
             }
             let asked: usize = passes.iter().map(|pass| pass.asked.len()).sum();
             let calls = passes.len().max(self.workers.busy()) as f64;
-            purse_s -= calls * (costs.parse_s + costs.other_s) + asked as f64 * proxy_s;
+            let cost_s = calls * (costs.parse_s + costs.other_s) + asked as f64 * proxy_s;
             // The first pass was promised to pay.
-            let affordable = purse_s >= 0.0 || level == 0;
-            if passes.is_empty() || !affordable {
+            if passes.is_empty() || !purse.pay(cost_s, level == 0) {
                 break;
             }
             let before: usize = masks.dirty.iter().map(Blocks::len).sum();
-            let (touched, trace_s) = self.touched(&passes)?;
+            let beyond =
+                |touched: &[Pixels]| self.beyond(&passes, touched, costs, block_s, at_least_once);
+            let ((touched, trace_s), beyond) = if level == 0 {
+                // Most of the border is clean: nothing is lost by asking at once.
+                let none = vec![Pixels::none(grid.size); passes.len()];
+                let (touched, beyond) = rayon::join(|| self.touched(&passes), || beyond(&none));
+                (touched?, beyond?)
+            } else {
+                let found = self.touched(&passes)?;
+                let beyond = beyond(&found.0)?;
+                (found, beyond)
+            };
             proxy_s = trace_s / asked as f64;
             masks.pixels += self.pixels(passes.iter().flat_map(|pass| pass.asked.iter()));
             groups = Vec::new();
-            let beyond = self.beyond(&passes, &touched, costs, block_s, at_least_once)?;
             masks.pixels += beyond.pixels;
             let pixels = touched.into_iter().zip(&beyond.untouched);
             for (pass, (touched, untouched)) in passes.into_iter().zip(pixels) {
@@ -176,38 +205,41 @@ impl<'a> Finding<'a> {
                     );
                 }
             }
-            // What was saved may be spent, but for half of it.
             let after: usize = masks.dirty.iter().map(Blocks::len).sum();
-            purse_s += 0.5 * (before - after) as f64 * block_s;
+            purse.saved((before - after) as f64 * block_s);
         }
         Ok(())
     }
 
     /// The share of the first frame's blocks that is touched, by one block of some;
-    /// and the pixels that were traced to know.
-    pub fn sample(&self, masks: &Masks) -> Result<(f64, u64), RenderError> {
+    /// which of these are; and the pixels that were traced to know.
+    pub fn sample(&self, masks: &Masks) -> Result<Sample, RenderError> {
         let grid = self.scene.grid();
         let group = Group {
             frames: 0..1,
             touchable: Blocks::all(grid),
         };
-        let Some(mut pass) = self.pass(group, masks) else {
-            return Ok((1.0, 0));
+        let mut sample = Sample {
+            share: 1.0,
+            touched: Blocks::none(grid),
+            pixels: 0,
         };
-        let mut number = 0;
-        pass.asked = Blocks::of(grid, |block| {
-            number += usize::from(pass.dirty.has(block));
-            pass.dirty.has(block) && number % SAMPLE == 1
-        });
+        let Some(mut pass) = self.pass(group, masks) else {
+            return Ok(sample);
+        };
+        pass.asked = one_of_some(&pass.dirty, grid);
         let (asked, dirty) = (pass.asked.len(), pass.dirty.share());
         if asked == 0 {
-            return Ok((dirty, 0));
+            sample.share = dirty;
+            return Ok(sample);
         }
-        let pixels = self.pixels(pass.asked.iter());
+        sample.pixels = self.pixels(pass.asked.iter());
         let (touched, _) = self.touched(&[pass])?;
-        let touched = touched.iter().map(|t| t.dirty(Sampling::Once).len());
-        let share = touched.sum::<usize>() as f64 / asked as f64;
-        Ok((dirty * share, pixels))
+        for pixels in touched {
+            sample.touched = sample.touched.or(&pixels.dirty(Sampling::Once));
+        }
+        sample.share = dirty * sample.touched.len() as f64 / asked as f64;
+        Ok(sample)
     }
 
     fn pixels(&self, blocks: impl Iterator<Item = usize>) -> u64 {
@@ -290,8 +322,9 @@ impl<'a> Finding<'a> {
     /// The pixels that each group of frames touches, and the seconds of CPU for all.
     fn touched(&self, passes: &[Pass]) -> Result<(Vec<Pixels>, f64), RenderError> {
         let grid = self.scene.grid();
-        let processes = self.workers.busy();
-        let parts = processes.div_ceil(passes.len());
+        // Each of them sleeps for longer than some take to trace.
+        let processes = self.workers.all().min(2 * self.workers.busy());
+        let parts = self.workers.busy().div_ceil(passes.len());
         let mut shares = Vec::new();
         for (k, pass) in passes.iter().enumerate() {
             // Neighbours cost alike: each part gets some of every place.
@@ -342,4 +375,28 @@ struct Beyond {
     untouched: Vec<Blocks>,
     /// Pixels that were traced to know.
     pixels: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use decor_api::Size;
+
+    use super::*;
+
+    #[test]
+    fn a_sample_is_spread_over_what_is_dirty() {
+        let size = Size {
+            width: 32 * 10,
+            height: 32 * 7,
+        };
+        let grid = Grid { size };
+        let even = Blocks::of(grid, |block| block % 2 == 0);
+        let sample = one_of_some(&even, grid);
+        let expected: Vec<usize> = (0..70).step_by(2 * SAMPLE).collect();
+        assert_eq!(sample.iter().collect::<Vec<_>>(), expected);
+        assert!(one_of_some(&Blocks::none(grid), grid).is_empty());
+        // Something dirty is never overlooked.
+        let last = Blocks::of(grid, |block| block == 69);
+        assert_eq!(one_of_some(&last, grid), last);
+    }
 }

@@ -6,8 +6,17 @@ use super::super::pool::Workers;
 /// A tiny frame in a long call, in seconds of CPU: measured with 3.7.0.10.
 const TINY_FRAME_S: f64 = 0.016;
 
+/// A call of one frame of which nearly nothing is traced, in seconds of CPU.
+const SHORT_CALL_S: f64 = 0.045;
+
+/// A sounding traces one of seven blocks twice, some of them dear ones.
+const SOUNDED: f64 = 0.3;
+
+/// A sounding may cost this share of the film.
+const RISK: f64 = 0.04;
+
 /// Wall time of a call before its first frame, nearly all of it sleep.
-const CALL_S: f64 = 0.5;
+pub const CALL_S: f64 = 0.5;
 
 /// No film is expected to have fewer dirty blocks.
 const BEST_SHARE: f64 = 0.1;
@@ -48,6 +57,11 @@ impl Costs {
     /// A frame of which this share is traced.
     pub fn partial_s(&self, share: f64) -> f64 {
         self.parse_s + self.other_s + self.trace_s * share
+    }
+
+    /// A sounding: four calls, and twice some blocks.
+    pub fn sounding_s(&self) -> f64 {
+        4.0 * (self.parse_s + SHORT_CALL_S) + SOUNDED * self.trace_s
     }
 
     /// To ask where everything is, in a frame.
@@ -96,8 +110,12 @@ impl Price {
     }
 }
 
-/// May coherence pay for `frames` more frames, at its very best?
+/// May coherence pay for `frames` more frames, at its very best, and does it cost
+/// little to know better?
 pub fn may_pay(costs: &Costs, frames: usize, workers: &Workers) -> bool {
+    if costs.sounding_s() > RISK * frames as f64 * costs.whole_s() {
+        return false;
+    }
     let asked = Price::of(frames, costs.asked_s(), workers);
     let best = Price::of(frames, costs.partial_s(BEST_SHARE), workers);
     best.and(asked)
@@ -130,6 +148,9 @@ mod tests {
         // Scenes that take long to read, and little to trace.
         assert!(!may_pay(&costs(5.0, 3.0), 38, &WORKERS));
         assert!(!may_pay(&costs(0.1, 10.0), 0, &WORKERS));
+        // A sounding would cost as much as a third of a frame: too much of six.
+        assert!(may_pay(&costs(0.02, 3.0), 12, &WORKERS));
+        assert!(!may_pay(&costs(0.02, 3.0), 6, &WORKERS));
     }
 
     #[test]

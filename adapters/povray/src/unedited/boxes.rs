@@ -205,8 +205,8 @@ impl Call<'_> {
             args.extend([format!("+SF{}", self.part.0), format!("+EF{}", self.part.1)]);
         }
         args.extend(copy.switches);
-        let one_pixel = ["+SC1", "+EC1", "+SR1", "+ER1", "-A", "+Q0", "+WT1"];
-        args.extend(one_pixel.map(str::to_owned));
+        args.extend(one_pixel(self.scene.size));
+        args.extend(["-A", "+Q0", "+WT1"].map(str::to_owned));
         args.push(format!("Create_Ini={ini}"));
         args.extend(["-F", "-C", "-D", "-P", "-V"].map(str::to_owned));
 
@@ -228,6 +228,18 @@ impl Call<'_> {
         })?;
         std::fs::read_to_string(&out).map_err(AdapterError::io(&out))
     }
+}
+
+/// Switches for one pixel of the picture: the second one of a row and of a column,
+/// as `+EC1` does not end with the first one, but is all of the width.
+fn one_pixel((width, height): (u32, u32)) -> [String; 4] {
+    let (column, row) = (width.min(2), height.min(2));
+    [
+        format!("+SC{column}"),
+        format!("+EC{column}"),
+        format!("+SR{row}"),
+        format!("+ER{row}"),
+    ]
 }
 
 /// What POV-Ray says about the error; it breaks its lines.
@@ -479,6 +491,26 @@ mod tests {
         };
         assert_eq!(frame.objects[1].extent, plane);
         assert_eq!(frames[1].boxes.camera, Some(Vec::new()));
+    }
+
+    #[test]
+    fn one_pixel_is_one_pixel() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("s.pov"), "sphere { 0, 1 }").unwrap();
+        let pixels = |size: (u32, u32)| -> String {
+            let ended = std::process::Command::new("povray")
+                .args(["s.pov", "-F", "-D", "-V", "Statistic_Console=on"])
+                .args([format!("+W{}", size.0), format!("+H{}", size.1)])
+                .args(one_pixel(size))
+                .current_dir(folder.path())
+                .output()
+                .expect("POV-Ray is installed");
+            let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+            let (_, behind) = said.split_once("Pixels:").expect("it counts pixels");
+            behind.split_whitespace().next().unwrap_or_default().into()
+        };
+        assert_eq!(pixels((80, 60)), "1");
+        assert_eq!(pixels((80, 1)), "1");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use decor_api::{AdapterError, RunContext};
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Grid};
 use crate::plain::{More, Part, PlainScene};
 use crate::state::{self, Block};
 
@@ -54,6 +54,13 @@ impl Finished {
         let known = self.records.iter().filter(|(id, _)| !traced.has(**id));
         state::with_records(known.map(|(_, record)| record.as_slice()))
     }
+}
+
+/// The state file of a frame of which only these blocks are traced, and all others
+/// are left black.
+pub fn only(grid: Grid, blocks: &Blocks) -> Vec<u8> {
+    let ids: Vec<u32> = blocks.iter().map(|id| id as u32).collect();
+    state::masked(grid.size, &ids)
 }
 
 /// The blocks, of these, that two state files do not hold alike.

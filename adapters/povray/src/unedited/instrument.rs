@@ -30,6 +30,25 @@ const CAMERA_VECTORS: &[&str] = &[
     "scale",
 ];
 
+/// Words of cameras that are not plain.
+const CAMERA_OTHERS: &[&str] = &[
+    "orthographic",
+    "fisheye",
+    "ultra_wide_angle",
+    "omnimax",
+    "panoramic",
+    "spherical",
+    "cylinder",
+    "mesh_camera",
+    "normal",
+    "aperture",
+    "focal_point",
+    "blur_samples",
+    "confidence",
+    "variance",
+    "bokeh",
+];
+
 /// Edits of one kind, each with whether it ends something: where one statement
 /// ends and another begins, the end comes first.
 #[derive(Default)]
@@ -315,6 +334,7 @@ fn camera_words(
         let token = tokens.list[at];
         match token.text {
             "perspective" => {}
+            word if token.kind == TokenKind::Word && CAMERA_OTHERS.contains(&word) => return None,
             word if token.kind == TokenKind::Word
                 && (CAMERA_VECTORS.contains(&word) || word == "angle") =>
             {

@@ -19,6 +19,11 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// How many frames are rendered.
+    pub fn frames(&self) -> usize {
+        self.sources.len() + self.rest.len()
+    }
+
     /// The blocks that are traced in all.
     pub fn traced(&self) -> usize {
         let all = self.sources.iter().chain(&self.rest);
@@ -27,11 +32,18 @@ impl Schedule {
 }
 
 /// Plans frames `0..dirty.len()`, given the dirty blocks of each; those in
-/// `whole` are done.
-pub fn schedule(grid: Grid, dirty: &[Blocks], whole: &[usize]) -> Schedule {
+/// `whole` are done; so are those for which `is_done` holds, but they give nothing.
+pub fn schedule(
+    grid: Grid,
+    dirty: &[Blocks],
+    whole: &[usize],
+    is_done: impl Fn(usize) -> bool,
+) -> Schedule {
     let all = Blocks::all(grid);
     let clean: Vec<Blocks> = dirty.iter().map(|dirty| all.without(dirty)).collect();
-    let mut rest: Vec<usize> = (0..dirty.len()).filter(|f| !whole.contains(f)).collect();
+    let mut rest: Vec<usize> = (0..dirty.len())
+        .filter(|frame| !whole.contains(frame) && !is_done(*frame))
+        .collect();
     let given = whole
         .iter()
         .fold(Blocks::none(grid), |sum, frame| sum.or(&clean[*frame]));
@@ -76,15 +88,19 @@ mod tests {
         Blocks::of(GRID, |block| blocks.contains(&block))
     }
 
+    fn none(_: usize) -> bool {
+        false
+    }
+
     #[test]
     fn something_that_wanders_needs_two_whole_frames() {
         let dirty: Vec<Blocks> = (0..8).map(|block| set(&[block])).collect();
-        let plan = schedule(GRID, &dirty, &[0, 4]);
+        let plan = schedule(GRID, &dirty, &[0, 4], none);
         assert_eq!(plan.sources, []);
         let rest = [1, 2, 3, 5, 6, 7].map(|frame| (frame, set(&[frame])));
         assert_eq!(plan.rest, rest);
         // From one, its own dirty block is missing.
-        let plan = schedule(GRID, &dirty, &[0]);
+        let plan = schedule(GRID, &dirty, &[0], none);
         assert_eq!(plan.sources, [(1, set(&[0, 1]))]);
         assert_eq!(plan.traced(), 2 + 6);
     }
@@ -92,15 +108,17 @@ mod tests {
     #[test]
     fn what_is_dirty_everywhere_needs_no_source() {
         let dirty = vec![set(&[2, 3]); 5];
-        assert_eq!(schedule(GRID, &dirty, &[2]).sources, []);
-        let nothing = schedule(GRID, &vec![Blocks::all(GRID); 3], &[]);
+        assert_eq!(schedule(GRID, &dirty, &[2], none).sources, []);
+        let plan = schedule(GRID, &dirty, &[2], |frame| frame == 3);
+        assert_eq!(plan.rest.iter().map(|r| r.0).collect::<Vec<_>>(), [0, 1, 4]);
+        let nothing = schedule(GRID, &vec![Blocks::all(GRID); 3], &[], none);
         assert_eq!((nothing.sources.len(), nothing.rest.len()), (0, 3));
     }
 
     #[test]
     fn what_one_frame_alone_can_use_it_traces_itself() {
         let dirty = [set(&[0, 1]), set(&[0]), set(&[0, 1])];
-        let plan = schedule(GRID, &dirty, &[0]);
+        let plan = schedule(GRID, &dirty, &[0], none);
         assert_eq!(plan.sources, []);
         assert_eq!(plan.rest, [(1, set(&[0, 1])), (2, set(&[0, 1]))]);
     }
@@ -110,13 +128,15 @@ mod tests {
         fn what_is_taken_over_was_traced_where_it_is_clean(
             marks in prop::collection::vec(prop::collection::vec(any::<bool>(), 8), 1..12),
             whole in prop::collection::vec(any::<bool>(), 12),
+            done in prop::collection::vec(any::<bool>(), 12),
         ) {
             let dirty: Vec<Blocks> = marks.iter().map(|m| Blocks::of(GRID, |b| m[b])).collect();
             let whole: Vec<usize> = (0..dirty.len()).filter(|k| whole[*k]).collect();
-            let plan = schedule(GRID, &dirty, &whole);
+            let plan = schedule(GRID, &dirty, &whole, |k| done[k]);
             let planned = plan.sources.iter().chain(&plan.rest);
             let mut seen: Vec<usize> = planned.map(|(frame, _)| *frame).collect();
             seen.extend(&whole);
+            seen.extend((0..dirty.len()).filter(|k| done[*k] && !whole.contains(k)));
             seen.sort_unstable();
             prop_assert_eq!(seen, (0..dirty.len()).collect::<Vec<_>>());
             let from_whole = |block: usize| whole.iter().any(|k| !dirty[*k].has(block));

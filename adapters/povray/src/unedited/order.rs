@@ -1,11 +1,12 @@
 //! What stands against rendering blocks apart: options that change what a block
 //! is, and what makes a pixel depend on those that were traced before it.
 //!
-//! POV-Ray draws random numbers in one row for all pixels (`crand`, media, focal
-//! blur, jitter of lights and rainbows), and some things remember what rays found
-//! before (radiosity, `evaluate` of isosurfaces): where blocks are left out, the
-//! others come out otherwise. Radiosity, photons and subsurface scattering are
-//! refused with the text ([`super::analyse`]).
+//! POV-Ray draws random numbers in one row for all pixels (`crand`, some media
+//! ([`super::media`]), jitter of lights and rainbows), and some things remember what
+//! rays found before (radiosity, `evaluate` of isosurfaces): where blocks are left
+//! out, the others come out otherwise. Radiosity, photons and subsurface scattering
+//! are refused with the text ([`super::analyse`]). Focal blur only looks random: its
+//! samples depend on the place in the picture alone.
 //!
 //! For each light it remembers, too, the object that stopped the last shadow ray,
 //! and asks that one first. It is asked a little differently, which shows where
@@ -20,6 +21,7 @@ use decor_api::Size;
 
 use super::analysis::Refusal;
 use super::blocks::{Grid, Sampling};
+use super::media;
 use super::mixed::mixed;
 use super::source::Sources;
 use crate::PovRay;
@@ -30,9 +32,7 @@ use crate::tokens::{Kind, tokens};
 /// Words that draw random numbers, or remember.
 const WORDS: &[(&str, &str)] = &[
     ("crand", "`crand` is random"),
-    ("media", "media are sampled at random"),
-    ("aperture", "focal blur is sampled at random"),
-    ("blur_samples", "focal blur is sampled at random"),
+    ("bokeh", "the samples of `bokeh` are drawn at random"),
     ("jitter", "`jitter` is random"),
     ("evaluate", "`evaluate` remembers what rays found before"),
     // 2 to 45 of 20 000 pixels of POV-Ray's own examples.
@@ -64,6 +64,7 @@ impl PlainScene {
     pub fn refusals(&self, povray: &PovRay, sources: &Sources) -> Vec<Refusal> {
         let mut all: Vec<Refusal> = self.option_refusals(povray).into_iter().collect();
         all.extend(word_refusals(povray, sources));
+        all.extend(media::random(sources));
         all
     }
 
@@ -82,6 +83,10 @@ impl PlainScene {
             Order::Chained(reason) | Order::OwnPictures(reason) => list.push(option(reason)),
         }
         let set = |name: &str| self.number(name).is_some_and(|value| value > 1.0);
+        if self.number("Version").is_some_and(|version| version < 3.5) {
+            // Media, for one, were sampled otherwise.
+            list.push(option("an older version's language is asked for"));
+        }
         let part = ["Start_Column", "Start_Row", "End_Column", "End_Row"];
         if part.iter().any(|name| self.number(name).is_some()) {
             list.push(option("only a part of the picture is rendered"));
@@ -173,11 +178,17 @@ mod tests {
 
     #[test]
     fn what_is_random_is_refused_by_file_and_line() {
-        assert_eq!(refusals("sphere { 0, 1 }", ""), Vec::<String>::new());
+        for text in [
+            "sphere { 0, 1 }",
+            "media { method 3 emission 1 }",
+            "camera { aperture 1 blur_samples 9 }",
+        ] {
+            assert_eq!(refusals(text, ""), Vec::<String>::new(), "{text}");
+        }
         for (text, reason) in [
             ("\nsphere { 0, 1 finish { crand .1 } }", "s.pov:2: `crand`"),
-            ("camera { aperture 1 }", "focal blur"),
-            ("media { }", "media"),
+            ("camera { aperture 1 bokeh { rgb 1 } }", "`bokeh`"),
+            ("media { method 2 }", "media"),
             (
                 "light_source { 0, 1 area_light x,y,2,2 jitter }",
                 "`jitter`",
@@ -201,6 +212,7 @@ mod tests {
             ("End_Row=0.5", "a part of the picture"),
             ("Render_Block_Size=16", "usual"),
             ("Preview_Start_Size=8", "mosaic"),
+            ("Version=3.1", "older version"),
         ] {
             let all = refusals("sphere { 0, 1 }", ini);
             assert!(all.len() == 1 && all[0].contains(reason), "{ini}: {all:?}");

@@ -6,6 +6,10 @@
 //! A pixel of this picture that is not below [`TOUCHED`] has a ray, of whatever
 //! kind and after however many mirrors, that meets a box.
 //!
+//! The numbers overflow: a touched pixel is infinite or not a number, and between two
+//! of these POV-Ray sees no difference, and does not sample them again. Nothing is
+//! lost by that: a block in whose samples one is touched is dirty anyway.
+//!
 //! Antialiasing is the user's own. POV-Ray decides by what the rays of a block
 //! bring which further ones to trace, from the first to the last: if none of those
 //! that it traces for a block of this picture meets a box, none of them brings
@@ -24,13 +28,12 @@ use decor_api::{AdapterError, RunContext};
 
 use super::analysis::Analysis;
 use super::blocks::{Blocks, Grid, Pixels};
-use super::frames::{Timing, blocks_of, timing};
+use super::frames::{Timing, blocks_of, only, timing};
 use super::hulls::{Aabb, Hulls};
 use super::source::{Copy, Sources};
 use super::view::View;
 use crate::number::vector;
 use crate::plain::{More, Part, PlainScene};
-use crate::state;
 
 /// No picture is as bright.
 const TOUCHED: f32 = 1e6;
@@ -122,7 +125,6 @@ impl<'a> Proxy<'a> {
         if self.once {
             switches.push("-A".into());
         }
-        let ids: Vec<u32> = asked.iter().map(|id| id as u32).collect();
         let size = self.grid.size;
         let part = Part {
             first: self.frame,
@@ -131,7 +133,7 @@ impl<'a> Proxy<'a> {
         };
         let more = More {
             switches,
-            state: Some(&|_| state::masked(size, &ids)),
+            state: Some(&|_| only(self.grid, asked)),
         };
         let called = self.scene.call(part, "touched", &more, run)?;
         let mut pixels = Pixels::none(size);
@@ -170,11 +172,11 @@ fn text(prefix: &str, boxes: &[Aabb]) -> String {
 #version 3.7;
 #macro {prefix}proxy(A_, B_)
   box {{ A_, B_
-    pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 0 emission 1e20 }}
+    pigment {{ rgb 1e38 }} finish {{ ambient 0 diffuse 0 emission 1e38 }}
     no_shadow hollow
   }}
   box {{ A_, B_
-    pigment {{ rgbf <1e20, 1e20, 1e20, 1> }} finish {{ ambient 0 diffuse 0 }}
+    pigment {{ rgbf <1e38, 1e38, 1e38, 1> }} finish {{ ambient 0 diffuse 0 }}
     no_image no_reflection hollow
   }}
 #end

@@ -22,8 +22,6 @@ const UNSTEADY: &[(&str, &str)] = &[
     ("photons", "photons"),
     ("subsurface", "light below surfaces (subsurface)"),
     ("crand", "grain (crand)"),
-    ("media", "media"),
-    ("aperture", "a lens (aperture)"),
 ];
 
 /// Words that ask where things are.
@@ -99,6 +97,23 @@ impl<'a> Scene<'_, 'a> {
         found
     }
 
+    /// The first place where a word is used.
+    fn first(&self, word: &str) -> Option<(usize, usize)> {
+        let mut units = self
+            .outline
+            .units
+            .iter()
+            .enumerate()
+            .zip(&self.placing.used);
+        units.find_map(|((index, unit), used)| {
+            let tokens = &self.outline.tokens[unit.file].list;
+            let is = |at: &usize| tokens[*at].kind == TokenKind::Word && tokens[*at].text == word;
+            let at = (unit.start..tokens.len()).find(is);
+            at.filter(|_| *used && unit.words.contains(word))
+                .map(|token| (index, token))
+        })
+    }
+
     /// What is not certain in the structure of the text.
     fn structure(&self) -> Vec<Refusal> {
         let outline = self.outline;
@@ -163,19 +178,9 @@ impl<'a> Scene<'_, 'a> {
     /// Words and directives by which frames depend on more than the text.
     fn words(&self) -> Vec<Refusal> {
         let mut found = Vec::new();
-        for (index, unit) in self.outline.units.iter().enumerate() {
-            if !self.placing.used[index] {
-                continue;
-            }
-            for (word, reason) in UNKNOWABLE {
-                if unit.words.contains(word) {
-                    let tokens = &self.outline.tokens[unit.file].list;
-                    let is = |at: &usize| {
-                        tokens[*at].kind == TokenKind::Word && tokens[*at].text == *word
-                    };
-                    let token = (unit.start..tokens.len()).find(is).unwrap_or(unit.start);
-                    found.push(self.token(index, token, format!("{reason} (`{word}`)")));
-                }
+        for (word, reason) in UNKNOWABLE {
+            if let Some((unit, token)) = self.first(word) {
+                found.push(self.token(unit, token, format!("{reason} (`{word}`)")));
             }
         }
         for (unit, token) in &self.outline.file_access {
@@ -270,6 +275,9 @@ impl<'a> Scene<'_, 'a> {
         let shaped = self.carrying(super::instrument::SHAPED);
         let lit = self.carrying(&["light_source", "light_group"]);
         let bounded = self.carrying(&["bounded_by"]);
+        if let Some((unit, token)) = self.first("media") {
+            found.push(self.token(unit, token, "shadows can be seen in media"));
+        }
         for (statement, raw) in self.parts() {
             let reason = match &statement.kind {
                 Kind::Light if shaped.concerns(raw) => "a light is no point",

@@ -144,13 +144,30 @@ pub fn value_end<'a>(tokens: &Tokens<'a>, at: usize, macros: &HashSet<&str>) -> 
         }
         _ => None,
     };
-    match block {
+    match block.or_else(|| either_object(tokens, at)) {
         Some(end) => Value {
             end: end + usize::from(is(end, ";")),
             shape: Shape::Certain,
         },
         None => expression_end(tokens, at, macros),
     }
+}
+
+/// The end of `#if (…) sphere {…} #else box {…} #end`: an object, whichever.
+fn either_object(tokens: &Tokens<'_>, at: usize) -> Option<usize> {
+    let list = &tokens.list;
+    let is = |at: usize, name: &str| list.get(at).is_some_and(|t| t.is_directive(name));
+    let object = |at: usize| {
+        let word = list.get(at).filter(|token| token.kind == Kind::Word)?;
+        let brace = list.get(at + 1).is_some_and(|next| next.is_mark("{"));
+        (is_object(word.text) && brace).then(|| tokens.partner[at + 1] + 1)
+    };
+    let condition = list.get(at + 1).filter(|token| token.is_mark("("));
+    let begins = ["if", "ifdef", "ifndef"].iter().any(|name| is(at, name));
+    condition.filter(|_| begins)?;
+    let first = object(tokens.partner[at + 1] + 1).filter(|end| is(*end, "else"))?;
+    let second = object(first + 1).filter(|end| is(*end, "end"))?;
+    Some(second + 1)
 }
 
 fn expression_end<'a>(tokens: &Tokens<'a>, at: usize, macros: &HashSet<&str>) -> Value<'a> {
@@ -306,6 +323,11 @@ mod tests {
             ("B A", "A"),
             ("(B < 1 ? 2 : 3); A", "A"),
             ("M(1).x*2; A", "A"),
+            ("#if(C) sphere { 0 1 } #else box { 0 1 } #end A", "A"),
+            (
+                "#ifdef (C) sphere { #if(D) #end } #else object { B } #end; A",
+                "A",
+            ),
             ("concat(\"a\", \"b\") #debug C", "debug C"),
         ];
         for (text, rest) in certain {
@@ -324,6 +346,9 @@ mod tests {
             "M(1) texture { T }",
             "1 + #if(C) 2 #end",
             "#if(C) 2 #end",
+            "#if(C) sphere { 0 1 } #end",
+            "#if(C) sphere { 0 1 } #else B #end",
+            "#if(C) sphere { 0 1 } translate x #else box { 0 1 } #end",
             "rgb #if(C) 1 #end",
             "1 2",
             "transform T;",

@@ -116,13 +116,13 @@ pub(super) const CASES: &[Case] = &[
     ),
     case(
         "media",
-        "sphere{0,1 hollow interior{media{scattering{1 1}}}}",
-        Whole("media"),
+        "sphere{0,1 hollow interior{media{scattering{1 1}}}} sphere{clock,1}",
+        Moves(".m"),
     ),
     case(
         "a lens",
-        "camera{location x look_at 0 aperture .1 blur_samples 9 focal_point 0}",
-        Whole("a lens"),
+        "camera{location x look_at 0 aperture .1 blur_samples 9 focal_point 0} sphere{clock,1}",
+        Moves("m"),
     ),
     case(
         "a light that jitters",

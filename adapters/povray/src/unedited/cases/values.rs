@@ -6,6 +6,21 @@ use super::{Case, case, with};
 pub(super) const CASES: &[Case] = &[
     // Values.
     case(
+        "one of two objects, by the clock",
+        "#declare A = #if(clock) sphere{0,1} #else box{0,1} #end object{A} sphere{0,1}",
+        Moves("m."),
+    ),
+    case(
+        "one of two objects, whatever the clock says",
+        "#declare A = #ifdef(B) sphere{0,1} #else box{0,1} #end object{A} sphere{clock,1}",
+        Moves(".m"),
+    ),
+    case(
+        "one of two objects, of which one moves",
+        "#declare A = #ifdef(B) sphere{clock,1} #else box{0,1} #end object{A} sphere{0,1}",
+        Moves("m."),
+    ),
+    case(
         "the clock itself",
         "sphere{clock,1} sphere{0,1}",
         Moves("m."),
