@@ -13,7 +13,7 @@ const SHORT_CALL_S: f64 = 0.045;
 const SOUNDED: f64 = 0.3;
 
 /// A sounding may cost this share of the film.
-const RISK: f64 = 0.04;
+const RISK: f64 = 0.02;
 
 /// Wall time of a call before its first frame, nearly all of it sleep.
 pub const CALL_S: f64 = 0.5;
@@ -148,9 +148,9 @@ mod tests {
         // Scenes that take long to read, and little to trace.
         assert!(!may_pay(&costs(5.0, 3.0), 38, &WORKERS));
         assert!(!may_pay(&costs(0.1, 10.0), 0, &WORKERS));
-        // A sounding would cost as much as a third of a frame: too much of six.
-        assert!(may_pay(&costs(0.02, 3.0), 12, &WORKERS));
-        assert!(!may_pay(&costs(0.02, 3.0), 6, &WORKERS));
+        // A sounding would cost as much as a third of a frame: too much of twelve.
+        assert!(may_pay(&costs(0.02, 3.0), 24, &WORKERS));
+        assert!(!may_pay(&costs(0.02, 3.0), 12, &WORKERS));
     }
 
     #[test]
