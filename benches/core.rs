@@ -150,7 +150,7 @@ fn ppm() -> Vec<u8> {
 fn state_file() -> Vec<u8> {
     let mut file = state::empty();
     for id in 0..(SIDE / 32).pow(2) {
-        let place = state::block_window(SIZE, id);
+        let place = decor_api::block_window(id, decor_api::BLOCK, SIZE);
         let mut record = b"OBJE".to_vec();
         record.extend(6_u32.to_be_bytes());
         let mut attribute = |key: &[u8; 4], kind: &[u8; 4], length: u32, value: &[u8]| {

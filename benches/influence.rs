@@ -66,7 +66,7 @@ fn frame(criterion: &mut Criterion) {
             lights: &lights,
             shadows: true,
             antialiased,
-            by_blocks: false,
+            by_blocks: None,
             depths: Depths::at_centres(&layer),
             optical: &[],
             slender: &[],

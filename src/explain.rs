@@ -99,7 +99,7 @@ pub fn explain(stage: &Stage, plan: &Plan, frame: u32) -> Option<Explanation> {
         .collect();
     let (windows, blocks) = match &period.frames[(frame - period.start) as usize] {
         FramePlan::Whole => (Vec::new(), Vec::new()),
-        FramePlan::Layered { fast, blocks, .. } => (fast.clone(), blocks.windows().collect()),
+        FramePlan::Layered { fast, blocks, .. } => (fast.clone(), blocks.runs().collect()),
     };
     Some(Explanation {
         frame,

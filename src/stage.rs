@@ -15,6 +15,10 @@ use crate::objects::{Cache, Library, ObjectError, content_hash};
 use crate::plan::{BLOCK, BlockSet, gathered};
 use crate::silhouette::silhouette;
 
+/// The side of the smallest blocks that are worth it. Each block costs a renderer
+/// something too, also one that is not drawn.
+const FINEST: u32 = 8;
+
 /// Why there is nothing to film.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StageError {
@@ -244,11 +248,28 @@ impl Stage {
         can.block_mask || can.crop_grid.is_some_and(|grid| BLOCK.is_multiple_of(grid))
     }
 
+    /// The side of the blocks that are drawn again: the smaller, the fewer pixels
+    /// beside those that change. With antialiasing pixels of a block depend on each
+    /// other: it is the renderer's own.
+    pub fn block_side(&self) -> u32 {
+        let can = self.adapter.abilities();
+        if can.block_mask && self.antialias().is_none() {
+            can.finest_block.clamp(FINEST, BLOCK)
+        } else {
+            BLOCK
+        }
+    }
+
+    /// No block.
+    pub fn no_blocks(&self) -> BlockSet {
+        BlockSet::none(self.size(), self.block_side())
+    }
+
     /// What to ask the renderer for, to have some blocks: themselves, or windows
     /// that hold them.
     pub fn regions(&self, blocks: &BlockSet) -> Vec<Region> {
         if self.adapter.abilities().block_mask {
-            return vec![Region::Blocks(blocks.numbers())];
+            return vec![Region::Blocks(blocks.wanted())];
         }
         let windows: Vec<Window> = blocks.windows().collect();
         let windows = gathered(&windows, self.size(), true);

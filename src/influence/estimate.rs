@@ -11,15 +11,16 @@ use crate::plan::BlockSet;
 
 /// About which blocks what changed shades: those of the discs that its shadows are
 /// on the décor's spheres. A décor without an end is shaded as far as the object
-/// is seen. Nothing is taken off where shadows are hidden.
+/// is seen. Nothing is taken off where shadows are hidden. They are added to
+/// `blocks`.
 pub fn estimated_shadows(
     camera: &Camera,
     size: Size,
     lights: &[Light],
     changed: &[Changed],
     decor: &[Bounds],
+    mut blocks: BlockSet,
 ) -> BlockSet {
-    let mut blocks = BlockSet::none(size);
     let lamps = lights.iter();
     let lamps: Vec<Lamp> = lamps.filter_map(|l| Lamp::of(l, DVec3::ZERO)).collect();
     // An estimate may not take longer than what it estimates.
@@ -98,7 +99,8 @@ mod tests {
         let eye = DVec3::new(0.0, 0.0, -20.0);
         let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Y, (60.0, 60.0)).unwrap();
         let ball = Bounds::sphere(DVec3::Y * 3.0, 1.0);
-        estimated_shadows(&camera, SIZE, lights, &[ball.into()], decor).pixels()
+        let none = BlockSet::none(SIZE, crate::plan::BLOCK);
+        estimated_shadows(&camera, SIZE, lights, &[ball.into()], decor, none).pixels()
     }
 
     #[test]

@@ -89,19 +89,16 @@ impl Mask {
         Self::from_causes(self.size, causes)
     }
 
-    /// The blocks that have one of the pixels.
-    pub fn blocks(&self) -> BlockSet {
-        self.blocks_within(0, u8::MAX)
+    /// The blocks of that side that have one of the pixels.
+    pub fn blocks(&self, side: u32) -> BlockSet {
+        self.blocks_around(side, 0, None)
     }
 
-    /// The blocks that have a pixel at most `around` away, to the side and up and
-    /// down, from one that can change for `cause`; `None`: for any.
-    pub fn blocks_around(&self, around: u32, cause: Option<Cause>) -> BlockSet {
-        self.blocks_within(around, cause.map_or(u8::MAX, |cause| cause as u8))
-    }
-
-    fn blocks_within(&self, around: u32, causes: u8) -> BlockSet {
-        let mut blocks = BlockSet::none(self.size);
+    /// The blocks of that side that have a pixel at most `around` away, to the side
+    /// and up and down, from one that can change for `cause`; `None`: for any.
+    pub fn blocks_around(&self, side: u32, around: u32, cause: Option<Cause>) -> BlockSet {
+        let causes = cause.map_or(u8::MAX, |cause| cause as u8);
+        let mut blocks = BlockSet::none(self.size, side);
         let width = self.size.width as usize;
         for (y, row) in (0_u32..).zip(self.causes.chunks(width.max(1))) {
             let is_one = |code: &u8| code & causes != 0;
@@ -131,6 +128,7 @@ impl Mask {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::BLOCK;
 
     const SIZE: Size = Size {
         width: 70,
@@ -150,17 +148,26 @@ mod tests {
         assert_eq!(wide.count_of(Cause::Shadowed), 1);
         assert!(wide.has(32, 32, Cause::Neighbour));
         assert!(!wide.has(31, 31, Cause::Neighbour) && wide.has(31, 31, Cause::Shadowed));
-        assert_eq!(wide.blocks().numbers(), [0, 1, 3, 4]);
-        assert_eq!(one(31, 31).blocks().numbers(), [0]);
-        assert_eq!(one(31, 31).blocks_around(1, None), wide.blocks());
-        let shadowed = one(31, 31).blocks_around(1, Some(Cause::Shadowed));
-        assert_eq!(shadowed, wide.blocks());
-        let seen = one(31, 31).blocks_around(1, Some(Cause::Seen));
+        assert_eq!(wide.blocks(BLOCK).numbers(), [0, 1, 3, 4]);
+        assert_eq!(one(31, 31).blocks(BLOCK).numbers(), [0]);
+        assert_eq!(
+            one(31, 31).blocks_around(BLOCK, 1, None),
+            wide.blocks(BLOCK)
+        );
+        let shadowed = one(31, 31).blocks_around(BLOCK, 1, Some(Cause::Shadowed));
+        assert_eq!(shadowed, wide.blocks(BLOCK));
+        let seen = one(31, 31).blocks_around(BLOCK, 1, Some(Cause::Seen));
         assert!(seen.is_empty());
-        assert_eq!(one(0, 0).blocks_around(u32::MAX, None).numbers().len(), 6);
+        assert_eq!(
+            one(0, 0)
+                .blocks_around(BLOCK, u32::MAX, None)
+                .numbers()
+                .len(),
+            6
+        );
         let corner = one(69, 39).dilated();
         assert_eq!(corner.count(), 4);
-        assert_eq!(corner.blocks().numbers(), [5]);
+        assert_eq!(corner.blocks(BLOCK).numbers(), [5]);
     }
 
     #[test]
@@ -170,9 +177,9 @@ mod tests {
         causes[63] = Cause::Seen as u8;
         causes[69] = Cause::Optical as u8;
         assert_eq!(
-            Mask::from_causes(SIZE, causes).blocks().numbers(),
+            Mask::from_causes(SIZE, causes).blocks(BLOCK).numbers(),
             [0, 1, 2]
         );
-        assert!(Mask::none(SIZE).blocks().is_empty());
+        assert!(Mask::none(SIZE).blocks(BLOCK).is_empty());
     }
 }

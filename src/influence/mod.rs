@@ -75,9 +75,10 @@ pub struct Still<'a> {
     pub shadows: bool,
     /// Does the renderer look between the pixels' centres?
     pub antialiased: bool,
-    /// Are only the [blocks](Mask::blocks) of the dilated mask asked for? Then one
-    /// pixel in a block is as good as all of them, which is quicker.
-    pub by_blocks: bool,
+    /// Where only the [blocks](Mask::blocks) of the mask are asked for, their side:
+    /// then one pixel in a block is as good as all of them, which is quicker. With
+    /// antialiasing those of the dilated mask, without it those of the mask.
+    pub by_blocks: Option<u32>,
     /// How far the décor's surfaces are.
     pub depths: Depths<'a>,
     /// Where the décor can show something that mirrors or lets light through.
@@ -224,7 +225,7 @@ mod tests {
             lights,
             shadows,
             antialiased: false,
-            by_blocks: false,
+            by_blocks: None,
             depths: Depths::at_centres(&wall),
             optical: &[],
             slender: &[],
@@ -312,7 +313,7 @@ mod tests {
             lights: &[],
             shadows: true,
             antialiased: true,
-            by_blocks: false,
+            by_blocks: None,
             depths: Depths::at_centres(&wall),
             optical: &[Window {
                 x: 90,

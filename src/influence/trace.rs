@@ -10,12 +10,24 @@ use super::{Cause, Changed, Mask, Solid, Still};
 use crate::motion::screen_box;
 use crate::plan::BLOCK;
 
-/// Sides of the squares that are asked as a whole, in pixels; the largest is a
-/// block's.
+/// Sides of the squares that are asked as a whole, in pixels.
 const SIDES: [u32; 2] = [BLOCK, 8];
 
 /// The side of the smallest squares where only blocks are asked for.
 const SMALLEST: u32 = 2;
+
+/// The sides of all squares that are asked as a whole, from the largest.
+fn sides(by_blocks: Option<u32>) -> Vec<u32> {
+    let mut sides = SIDES.to_vec();
+    if let Some(side) = by_blocks {
+        sides.extend([side, SMALLEST]);
+    }
+    // At the largest, wholes are asked for: others are parts.
+    sides.retain(|side| (2..=BLOCK).contains(side));
+    sides.sort_unstable_by_key(|side| std::cmp::Reverse(*side));
+    sides.dedup();
+    sides
+}
 
 /// A renderer's rays are rounded: never by more than this part of a pixel.
 const RAY_ERROR_PX: f64 = 0.02;
@@ -43,6 +55,8 @@ struct Tracer<'a> {
     /// its parts.
     wholes: Vec<(Sphere, std::ops::Range<u32>)>,
     parts: Vec<Part>,
+    /// Sides of the squares that are asked as a whole, from the largest.
+    sides: Vec<u32>,
 }
 
 /// What encloses a part of an object: a ball, and a box in it where one is known.
@@ -58,15 +72,24 @@ struct Tile {
 }
 
 impl Tile {
+    fn new(window: Window) -> Self {
+        Self {
+            window,
+            is_marked: false,
+        }
+    }
+
     /// Does a square need no look? In a marked block only what lies at its border
-    /// matters, where it may reach the next one.
-    fn is_done(&self, cell: Window) -> bool {
+    /// matters, and that only where a pixel may reach the next block.
+    fn is_done(&self, cell: Window, dilated: bool) -> bool {
         let Self { window, is_marked } = self;
-        *is_marked
-            && cell.x > window.x
-            && cell.y > window.y
-            && cell.right() < window.right()
-            && cell.bottom() < window.bottom()
+        let is_inside = || {
+            cell.x > window.x
+                && cell.y > window.y
+                && cell.right() < window.right()
+                && cell.bottom() < window.bottom()
+        };
+        *is_marked && (!dilated || is_inside())
     }
 }
 
@@ -108,11 +131,8 @@ pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
                     width: SIDES[0].min(size.width - x),
                     ..band
                 };
-                let mut tile = Tile {
-                    window,
-                    is_marked: false,
-                };
-                tracer.square(window, SIDES[0], &everything, y, rows, &mut tile);
+                let mut tile = Tile::new(window);
+                tracer.square(window, 0, &everything, y, rows, &mut tile);
             }
         });
     Mask::from_causes(size, causes)
@@ -167,6 +187,7 @@ impl<'a> Tracer<'a> {
             sources,
             wholes,
             parts,
+            sides: sides(still.by_blocks),
         }
     }
 
@@ -326,13 +347,13 @@ impl<'a> Tracer<'a> {
                 .is_none_or(|solid| source.may_be_blocked_by(solid, beam))
     }
 
-    /// Marks the pixels of a window, which is cut into squares of `side`. At the
-    /// largest side, suspects are wholes; at smaller ones, parts. `rows`
+    /// Marks the pixels of a window, which is cut into squares of the side number
+    /// `level`. At the largest, suspects are wholes; at smaller ones, parts. `rows`
     /// begin with the picture's row `top`.
     fn square(
         &self,
         window: Window,
-        side: u32,
+        level: usize,
         suspects: &Suspects,
         top: u32,
         rows: &mut [u8],
@@ -341,7 +362,9 @@ impl<'a> Tracer<'a> {
         if suspects.is_empty() {
             return;
         }
-        let by_blocks = self.still.by_blocks;
+        let Some(&side) = self.sides.get(level) else {
+            return self.pixels(window, suspects, top, rows, tile);
+        };
         let starts = |from: u32, to: u32| (from..to).step_by(side as usize);
         for y in starts(window.y, window.bottom()) {
             for x in starts(window.x, window.right()) {
@@ -352,19 +375,21 @@ impl<'a> Tracer<'a> {
                     height: side,
                 };
                 let cell = cell.intersection(window);
-                if by_blocks && tile.is_done(cell) {
+                if self.is_done(tile, cell) {
                     continue;
                 }
-                let left = self.remaining(cell, suspects, side == SIDES[0]);
-                match SIDES.iter().find(|smaller| **smaller < side) {
-                    Some(&smaller) => self.square(cell, smaller, &left, top, rows, tile),
-                    None if by_blocks && side > SMALLEST => {
-                        self.square(cell, SMALLEST, &left, top, rows, tile);
-                    }
-                    None => self.pixels(cell, &left, top, rows, tile),
-                }
+                let left = self.remaining(cell, suspects, level == 0);
+                let mut own = Tile::new(cell);
+                // The smallest square that holds a block, or is one, stands for it.
+                let is_within = self.still.by_blocks.is_some_and(|block| side < block);
+                let tile = if is_within { &mut *tile } else { &mut own };
+                self.square(cell, level + 1, &left, top, rows, tile);
             }
         }
+    }
+
+    fn is_done(&self, tile: &Tile, cell: Window) -> bool {
+        self.still.by_blocks.is_some() && tile.is_done(cell, self.still.antialiased)
     }
 
     fn pixels(
@@ -380,7 +405,7 @@ impl<'a> Tracer<'a> {
         }
         for y in cell.y..cell.bottom() {
             for x in cell.x..cell.right() {
-                if self.still.by_blocks && tile.is_done(Window::pixel(x, y)) {
+                if self.is_done(tile, Window::pixel(x, y)) {
                     continue;
                 }
                 let place = (y - top) as usize * self.still.size.width as usize + x as usize;
@@ -455,7 +480,7 @@ mod tests {
                 lights: &[],
                 shadows: true,
                 antialiased: true,
-                by_blocks: false,
+                by_blocks: None,
                 depths: Depths::at_centres(&layer),
                 optical: &[],
                 slender: &[],

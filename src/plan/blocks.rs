@@ -1,25 +1,53 @@
 //! Sets of blocks of the picture: what is rendered again from the full scene.
 
-use decor_api::{Size, Window};
+use decor_api::{Blocks, Size, Window, block_window};
 
-/// The side of a block, in pixels: the renderers' grid.
+/// The side of a block of an antialiased picture, in pixels: the renderers' grid.
 pub use decor_api::BLOCK;
 
 /// Some blocks of a picture of one size.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockSet {
     size: Size,
+    side: u32,
     bits: Vec<bool>,
 }
 
 impl BlockSet {
-    /// No block.
-    pub fn none(size: Size) -> Self {
-        let count = columns(size) as usize * size.height.div_ceil(BLOCK) as usize;
+    /// No block; the side of each is that many pixels.
+    pub fn none(size: Size, side: u32) -> Self {
+        let side = side.max(1);
+        let count = size.width.div_ceil(side) as usize * size.height.div_ceil(side) as usize;
         Self {
             size,
+            side,
             bits: vec![false; count],
         }
+    }
+
+    /// The side of each, in pixels.
+    pub fn side(&self) -> u32 {
+        self.side
+    }
+
+    fn columns(&self) -> u32 {
+        self.size.width.div_ceil(self.side)
+    }
+
+    fn row(&self, row: u32, columns: std::ops::Range<u32>) -> std::ops::Range<usize> {
+        let start = row as usize * self.columns() as usize;
+        start + columns.start as usize..start + columns.end as usize
+    }
+
+    /// The columns and the rows of blocks that have a pixel of a window which has
+    /// one.
+    fn span(&self, window: Window) -> (std::ops::Range<u32>, std::ops::Range<u32>) {
+        let window = window.on_grid(self.side, self.size);
+        let span = |start: u32, end: u32| start / self.side..end.div_ceil(self.side);
+        (
+            span(window.x, window.right()),
+            span(window.y, window.bottom()),
+        )
     }
 
     /// Adds every block that has a pixel of `window`.
@@ -27,11 +55,10 @@ impl BlockSet {
         if window.is_empty() {
             return;
         }
-        let window = window.on_grid(BLOCK, self.size);
-        for row in window.y / BLOCK..window.bottom().div_ceil(BLOCK) {
-            for column in window.x / BLOCK..window.right().div_ceil(BLOCK) {
-                self.bits[(row * columns(self.size) + column) as usize] = true;
-            }
+        let (columns, rows) = self.span(window);
+        for row in rows {
+            let row = self.row(row, columns.clone());
+            self.bits[row].fill(true);
         }
     }
 
@@ -42,12 +69,14 @@ impl BlockSet {
         }
     }
 
-    /// The blocks of both sets, which are of pictures of one size.
+    /// The blocks of both sets, which are of one size, of pictures of one size.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
+        debug_assert!(self.side == other.side && self.size == other.size);
         let bits = self.bits.iter().zip(&other.bits);
         Self {
             size: self.size,
+            side: self.side,
             bits: bits.map(|(a, b)| *a || *b).collect(),
         }
     }
@@ -66,60 +95,75 @@ impl BlockSet {
             .collect()
     }
 
+    /// Themselves, to ask a renderer for.
+    pub fn wanted(&self) -> Blocks {
+        Blocks {
+            side: self.side,
+            numbers: self.numbers(),
+        }
+    }
+
     /// Their rectangles, cut at the picture.
     pub fn windows(&self) -> impl Iterator<Item = Window> + '_ {
-        self.numbers().into_iter().map(|n| {
-            let (x, y) = (
-                n % columns(self.size) * BLOCK,
-                n / columns(self.size) * BLOCK,
-            );
-            Window {
-                x,
-                y,
-                width: BLOCK,
-                height: BLOCK,
-            }
-            .intersection(self.size.window())
+        let numbers = self.numbers().into_iter();
+        numbers.map(|number| block_window(number, self.side, self.size))
+    }
+
+    /// Rectangles that have the same pixels, each several blocks of a row: fewer
+    /// than the blocks.
+    pub fn runs(&self) -> impl Iterator<Item = Window> + '_ {
+        let columns = self.columns().max(1) as usize;
+        let rows = (0..).zip(self.bits.chunks(columns));
+        rows.flat_map(move |(row, bits)| {
+            let mut at = 0;
+            std::iter::from_fn(move || {
+                let start = at + bits[at..].iter().position(|bit| *bit)?;
+                let length = bits[start..].iter().take_while(|bit| **bit).count();
+                at = start + length;
+                let run = Window {
+                    x: start as u32 * self.side,
+                    y: row * self.side,
+                    width: length as u32 * self.side,
+                    height: self.side,
+                };
+                Some(run.intersection(self.size.window()))
+            })
         })
     }
 
     /// Pixels in them.
     pub fn pixels(&self) -> usize {
-        self.windows().map(Window::pixels).sum()
+        self.runs().map(Window::pixels).sum()
     }
 
     /// Is pixel (x, y) in one of them?
     pub fn has_pixel(&self, x: u32, y: u32) -> bool {
-        let number = (y / BLOCK * columns(self.size) + x / BLOCK) as usize;
+        let number = (y / self.side * self.columns() + x / self.side) as usize;
         x < self.size.width && self.bits.get(number) == Some(&true)
     }
 
     /// Is any pixel of `window` in them?
     pub fn touches(&self, window: Window) -> bool {
-        if window.is_empty() {
-            return false;
-        }
-        let (first, end) = (window.x / BLOCK, window.right().div_ceil(BLOCK));
-        let rows = window.y / BLOCK..window.bottom().div_ceil(BLOCK);
-        rows.into_iter().any(|row| {
-            let at = |column: u32| (row * columns(self.size) + column) as usize;
-            (first..end.min(columns(self.size))).any(|c| self.bits.get(at(c)) == Some(&true))
-        })
+        self.asked(window).any(|row| self.bits[row].contains(&true))
     }
 
     /// Is every pixel of `window` in them?
     pub fn contains(&self, window: Window) -> bool {
-        let mut all = Self::none(self.size);
-        all.insert(window);
-        all.bits
-            .iter()
-            .zip(&self.bits)
-            .all(|(wanted, have)| *have || !wanted)
+        !self
+            .asked(window)
+            .any(|row| self.bits[row].contains(&false))
     }
-}
 
-fn columns(size: Size) -> u32 {
-    size.width.div_ceil(BLOCK)
+    /// The places of the blocks that have a pixel of `window`, by row.
+    fn asked(&self, window: Window) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        let window = window.intersection(self.size.window());
+        let (columns, rows) = if window.is_empty() {
+            (0..0, 0..0)
+        } else {
+            self.span(window)
+        };
+        rows.map(move |row| self.row(row, columns.clone()))
+    }
 }
 
 #[cfg(test)]
@@ -133,7 +177,7 @@ mod tests {
 
     #[test]
     fn blocks_of_a_window() {
-        let mut set = BlockSet::none(SIZE);
+        let mut set = BlockSet::none(SIZE, BLOCK);
         assert!(set.is_empty());
         set.insert(Window {
             x: 31,

@@ -375,7 +375,7 @@ impl Maker<'_> {
         way: Way,
     ) -> Option<FramePlan> {
         let size = self.stage.size();
-        let mut blocks = BlockSet::none(size);
+        let mut blocks = self.stage.no_blocks();
         let mut merged: Vec<Window> = Vec::new();
         // Where nothing moves, mirrors show nothing new.
         let alive = classes
@@ -494,8 +494,9 @@ impl Maker<'_> {
             }
         }
         let size = self.stage.size();
-        let shaded = estimated_shadows(&state.camera, size, state.lights, &changed, &decor);
-        blocks.union(&shaded).pixels() as f64
+        let (lights, blocks) = (state.lights, blocks.clone());
+        let shaded = estimated_shadows(&state.camera, size, lights, &changed, &decor, blocks);
+        shaded.pixels() as f64
     }
 
     /// Is antialiasing on, and coverage not to be had?

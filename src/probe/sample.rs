@@ -135,7 +135,7 @@ pub fn samples(stage: &Stage, plan: &Plan) -> Vec<Sample> {
     if let FramePlan::Layered { fast, .. } = &period.frames[(number - period.start) as usize]
         && !fast.is_empty()
     {
-        let mut blocks = BlockSet::none(size);
+        let mut blocks = BlockSet::none(size, BLOCK);
         fast.iter().for_each(|&window| blocks.insert(window));
         let blocks = blocks.numbers();
         let select = |object: &ObjectState<'_>| survey.in_fast_layer(object, &state);
@@ -177,7 +177,7 @@ struct Asker<'a> {
 
 impl Asker<'_> {
     fn all_blocks(&self) -> Vec<u32> {
-        let mut blocks = BlockSet::none(self.stage.size());
+        let mut blocks = BlockSet::none(self.stage.size(), BLOCK);
         blocks.insert(self.stage.size().window());
         blocks.numbers()
     }
@@ -248,7 +248,7 @@ impl Asker<'_> {
         Sample {
             question,
             output: self.output(question),
-            shots: vec![self.shot(scene, Region::Blocks(numbers))],
+            shots: vec![self.shot(scene, Region::Blocks(decor_api::Blocks::usual(numbers)))],
             blocks: windows,
             pixels: picture.pixels,
             covered: picture.covered,

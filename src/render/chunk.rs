@@ -69,7 +69,7 @@ impl Execution<'_> {
                     // The window around blocks that are not known yet.
                     return self.stage.size().pixels();
                 }
-                let around = blocks.windows().fold(Window::EMPTY, Window::union);
+                let around = blocks.runs().fold(Window::EMPTY, Window::union);
                 let sky = if *sky { self.stage.size().pixels() } else { 0 };
                 2 * fast.iter().map(|window| window.pixels()).sum::<usize>() + around.pixels() + sky
             }

@@ -258,7 +258,7 @@ impl Execution<'_> {
             let Some(drawn) = calls.read_in(Pass::Blocks, number, &region)? else {
                 continue;
             };
-            let windows = blocks.get(&number).into_iter().flat_map(BlockSet::windows);
+            let windows = blocks.get(&number).into_iter().flat_map(BlockSet::runs);
             for window in windows.filter(|w| drawn.window().intersection(*w) == *w) {
                 match &drawn {
                     Drawn::Layer(layer) => canvas.lay_layer(layer, None, window),

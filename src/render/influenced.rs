@@ -48,7 +48,7 @@ impl Execution<'_> {
     ) -> (BlockSet, Option<Mask>) {
         let size = self.stage.size();
         match &period.frames[(number - period.start) as usize] {
-            FramePlan::Whole => (BlockSet::none(size), None),
+            FramePlan::Whole => (self.stage.no_blocks(), None),
             FramePlan::Layered {
                 blocks,
                 shadows: None,
@@ -66,7 +66,7 @@ impl Execution<'_> {
                     Some((found, mask)) => (found.union(blocks), mask),
                     // Not certain is everything.
                     None => {
-                        let mut all = BlockSet::none(size);
+                        let mut all = self.stage.no_blocks();
                         all.insert(size.window());
                         (all, None)
                     }
@@ -107,13 +107,14 @@ impl Execution<'_> {
             }
         }
         let antialiased = state.antialias.is_some();
+        let side = self.stage.block_side();
         let still = Still {
             camera: &view.camera,
             size,
             lights: state.lights,
             shadows: state.shadows,
             antialiased,
-            by_blocks: shadows.replaces_boxes && period.still,
+            by_blocks: (shadows.replaces_boxes && period.still).then_some(side),
             depths: match samples {
                 Some(samples) if antialiased => {
                     Depths::with_samples(centres, &samples.layer, samples.per_side)
@@ -126,11 +127,14 @@ impl Execution<'_> {
         match influence(&still, &changed, None) {
             Influence::Everything(_) => None,
             Influence::Confined(mask) if shadows.replaces_boxes && period.still => {
-                // POV-Ray compares the pixels of a block's first row and column
-                // with those before them.
-                Some((mask.blocks_around(1, None), None))
+                // With antialiasing POV-Ray compares the pixels of a block's first
+                // row and column with those before them.
+                let around = u32::from(antialiased);
+                Some((mask.blocks_around(side, around, None), None))
             }
-            Influence::Confined(mask) if shadows.by_map => Some((BlockSet::none(size), Some(mask))),
+            Influence::Confined(mask) if shadows.by_map => {
+                Some((self.stage.no_blocks(), Some(mask)))
+            }
             Influence::Confined(mask) => {
                 // Surfaces may have moved since their depth was measured.
                 let moved_px = if period.still {
@@ -138,8 +142,8 @@ impl Execution<'_> {
                 } else {
                     period.threshold_px
                 };
-                let mut blocks =
-                    mask.blocks_around(1 + moved_px.ceil().min(1e6) as u32, Some(Cause::Shadowed));
+                let around = 1 + moved_px.ceil().min(1e6) as u32;
+                let mut blocks = mask.blocks_around(side, around, Some(Cause::Shadowed));
                 if shadows.replaces_boxes {
                     // The observer may have moved since: what is seen is where it
                     // is seen now.

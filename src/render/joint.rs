@@ -19,7 +19,7 @@ use crate::dissolve::Backdrop;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::frames::Still;
 use crate::merge::{Patch, merge};
-use crate::plan::{BlockSet, FramePlan, Period, gathered};
+use crate::plan::{FramePlan, Period, gathered};
 use crate::segmentation::Class;
 
 /// Particular objects are rendered by themselves where their windows are not
@@ -221,7 +221,7 @@ impl Execution<'_> {
         new: &Shown,
     ) -> Result<Option<Joint>, RenderError> {
         let (size, frame) = (self.stage.size(), state.number);
-        let mut blocks = BlockSet::none(size);
+        let mut blocks = self.stage.no_blocks();
         for object in &state.objects {
             if old.drawn.contains(&object.id) != new.drawn.contains(&object.id) {
                 blocks.insert_all(self.stage.silhouette(object, &state.camera));
@@ -241,7 +241,7 @@ impl Execution<'_> {
             };
             let seen = old.only(state.objects.iter().filter(seen).map(|object| object.id));
             let scene = self.decor_scene(state, &seen);
-            let region = Region::Blocks(blocks.numbers());
+            let region = Region::Blocks(blocks.wanted());
             let colour = Output::ColourOverBackground;
             let label = format!("target_{frame:04}");
             let request = self.request_of(frame, &Arc::new(scene), &region, colour, label);
@@ -257,7 +257,7 @@ impl Execution<'_> {
         let decor = decor?;
         let mut target = decor.clone();
         if let Some(layer) = particular? {
-            for window in blocks.windows() {
+            for window in blocks.runs() {
                 lay(&mut target, &block_of(&layer, window));
             }
         }

@@ -2,7 +2,7 @@
 //! `DECOR_INFLUENCE_POVRAY` of them (default 24), half of them antialiased.
 
 use decor::influence::Mask;
-use decor_api::{Adapter, Antialias, Layer, Output, PrototypeTable, RunContext, Size};
+use decor_api::{Adapter, Antialias, BLOCK, Layer, Output, PrototypeTable, RunContext, Size};
 use decor_povray::{LayerSource, PovRay};
 use rayon::prelude::*;
 
@@ -30,7 +30,7 @@ struct Outcome {
 
 fn judge(mask: &Mask, changed: &[(u32, u32)], text: String) -> Outcome {
     let dilated = mask.dilated();
-    let blocks = dilated.blocks();
+    let blocks = dilated.blocks(BLOCK);
     let window = |&(x, y): &(u32, u32)| decor_api::Window {
         x,
         y,

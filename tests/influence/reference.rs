@@ -4,7 +4,7 @@
 
 use std::sync::Mutex;
 
-use decor_api::{Antialias, Output, PrototypeTable, RunContext, Size};
+use decor_api::{Antialias, BLOCK, Output, PrototypeTable, RunContext, Size};
 use decor_reference::Reference;
 use rayon::prelude::*;
 
@@ -42,7 +42,7 @@ fn check(number: u64, share: f64) -> [Totals; 4] {
     let decor = drawn(case.decor(), SIZE, Output::ColourOverBackground);
     let changed = differing(&full, &decor, SIZE);
     let mut totals = <[Totals; 4]>::default();
-    let mut compare = |place: usize, mask: &decor::influence::Mask, by_blocks: bool| {
+    let mut compare = |place: usize, mask: &decor::influence::Mask, by_blocks: Option<u32>| {
         let total = &mut totals[place];
         total.differing += changed.len();
         total.influenced += mask.count();
@@ -51,13 +51,10 @@ fn check(number: u64, share: f64) -> [Totals; 4] {
         } else {
             mask.clone()
         };
-        let blocks = mask.blocks();
-        let has = |x, y| {
-            if by_blocks {
-                blocks.has_pixel(x, y)
-            } else {
-                mask.contains(x, y)
-            }
+        let blocks = by_blocks.map(|side| mask.blocks(side));
+        let has = |x, y| match &blocks {
+            Some(blocks) => blocks.has_pixel(x, y),
+            None => mask.contains(x, y),
         };
         let missed = changed.iter().filter(|(x, y)| !has(*x, *y));
         let missed: Vec<_> = missed.collect();
@@ -72,8 +69,10 @@ fn check(number: u64, share: f64) -> [Totals; 4] {
         case.mask_of_smaller(share, &table, depth, samples, by_blocks)
     };
     if case.antialias.is_none() {
-        compare(0, &of(None, false), false);
-        compare(3, &of(None, true), true);
+        compare(0, &of(None, None), None);
+        // Every block side that a renderer may have.
+        let side = Some([4, 8, 16, BLOCK][(number / 2 % 4) as usize]);
+        compare(3, &of(None, side), side);
     } else {
         let fine = Size {
             width: SIZE.width * per_side,
@@ -81,9 +80,9 @@ fn check(number: u64, share: f64) -> [Totals; 4] {
         };
         let samples = drawn(case.decor(), fine, Output::Depth);
         let samples = Some((&samples, per_side));
-        compare(1, &of(samples, false), false);
-        compare(2, &of(None, false), false);
-        compare(3, &of(samples, true), true);
+        compare(1, &of(samples, None), None);
+        compare(2, &of(None, None), None);
+        compare(3, &of(samples, Some(BLOCK)), Some(BLOCK));
     }
     totals
 }

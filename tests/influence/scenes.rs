@@ -128,7 +128,7 @@ impl Case {
         depth: &Layer,
         samples: Option<(&Layer, u32)>,
     ) -> Mask {
-        self.mask_of_smaller(1.0, table, depth, samples, false)
+        self.mask_of_smaller(1.0, table, depth, samples, None)
     }
 
     /// As [`Self::mask`], where what changed had spheres so many times as large:
@@ -139,7 +139,7 @@ impl Case {
         table: &PrototypeTable,
         depth: &Layer,
         samples: Option<(&Layer, u32)>,
-        by_blocks: bool,
+        by_blocks: Option<u32>,
     ) -> Mask {
         let (decor, changed) = self.scene.instances.split_at(self.decor_count);
         let (camera, size) = (&self.scene.camera, self.size);

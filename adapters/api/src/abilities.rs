@@ -32,6 +32,10 @@ pub struct Abilities {
     pub crop_grid: Option<u32>,
     /// Can it render any set of blocks of the full picture in one call?
     pub block_mask: bool,
+    /// The side of the smallest blocks that it draws, in pixels: a divisor of
+    /// [`BLOCK`](crate::BLOCK). Not with antialiasing, where what is refined in a
+    /// block may depend on the whole of it: then blocks are of [`BLOCK`](crate::BLOCK).
+    pub finest_block: u32,
     /// Does it hold blocks in a picture no larger than they need, and not in one of
     /// the whole frame's size, whose other pixels cost something too?
     pub masks_in_crops: bool,

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use crate::abilities::Abilities;
 use crate::arrival::ArrivalRequest;
+use crate::blocks::Blocks;
 use crate::bounds::Bounds;
 use crate::extent::Extent;
 use crate::layer::{Layer, Size, Window};
@@ -36,9 +37,9 @@ pub enum Region {
     /// A rectangle. Its values are the full frame's own where its edges are on
     /// the adapter's grid.
     Window(Window),
-    /// Blocks of the adapter's grid, by number, row by row, ascending. The
-    /// layer's window encloses them; outside of them its values mean nothing.
-    Blocks(Vec<u32>),
+    /// Blocks of the picture. The layer's window encloses them; outside of them its
+    /// values mean nothing.
+    Blocks(Blocks),
 }
 
 /// One frame of a request.

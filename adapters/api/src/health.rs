@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::adapter::{Adapter, AdapterError, LayerRequest, LayerShot, Output, Region, RunContext};
+use crate::blocks::Blocks;
 use crate::bounds::Bounds;
 use crate::camera::Camera;
 use crate::csg::Csg;
@@ -87,7 +88,7 @@ pub fn colour(adapter: &dyn Adapter, run: &RunContext) -> Result<String, Adapter
 pub fn blocks(adapter: &dyn Adapter, run: &RunContext) -> Result<String, AdapterError> {
     let colour = Output::ColourOverBackground;
     let whole = ball(adapter, run, colour, Region::Window(SIZE.window()))?;
-    let part = ball(adapter, run, colour, Region::Blocks(vec![1]))?;
+    let part = ball(adapter, run, colour, Region::Blocks(Blocks::usual(vec![1])))?;
     let (Some(of_whole), Some(of_part)) = (&whole.colour, &part.colour) else {
         return Err(wrong(adapter, "no colours were read".to_owned()));
     };

@@ -46,7 +46,7 @@ pub use adapter::{
     Said, SceneText, Surroundings, Tally,
 };
 pub use arrival::{ArrivalRequest, ArrivalShot, SurfacePoint};
-pub use blocks::{BLOCK, BlockMask};
+pub use blocks::{BLOCK, BlockMask, Blocks, block_window};
 pub use bounds::{Bounds, Sphere};
 pub use camera::{Camera, CameraError};
 pub use csg::Csg;

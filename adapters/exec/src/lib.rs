@@ -101,6 +101,8 @@ impl Exec {
             sample_position: (can.sample_position[0], can.sample_position[1]),
             crop_grid: can.crop_grid,
             block_mask: can.block_mask,
+            // The protocol counts blocks of this side.
+            finest_block: translate::BLOCK,
             // It is asked for the window around them.
             masks_in_crops: can.block_mask,
             hidden_casters: can.hidden_casters,

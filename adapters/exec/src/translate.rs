@@ -73,19 +73,7 @@ fn used(request: &LayerRequest<'_>) -> BTreeSet<u32> {
 pub fn window(request: &LayerRequest<'_>, region: &Region) -> Window {
     match region {
         Region::Window(window) => *window,
-        Region::Blocks(blocks) => {
-            let columns = request.size.width.div_ceil(BLOCK);
-            let block = |&number: &u32| {
-                let corner = Window {
-                    x: (number % columns).saturating_mul(BLOCK),
-                    y: (number / columns).saturating_mul(BLOCK),
-                    width: 1,
-                    height: 1,
-                };
-                corner.on_grid(BLOCK, request.size)
-            };
-            blocks.iter().map(block).fold(Window::EMPTY, Window::union)
-        }
+        Region::Blocks(blocks) => blocks.window(request.size),
     }
 }
 
@@ -162,7 +150,7 @@ fn shot(
         file: file(index),
         window: [window.x, window.y, window.width, window.height],
         blocks: match &shot.region {
-            Region::Blocks(blocks) if can.block_mask => Some(blocks.clone()),
+            Region::Blocks(blocks) if can.block_mask => Some(blocks.numbers.clone()),
             _ => None,
         },
         camera: protocol::Camera {

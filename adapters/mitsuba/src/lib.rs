@@ -161,6 +161,8 @@ fn abilities(version: &str) -> Abilities {
         sample_position: (0.5, 0.5),
         crop_grid: Some(BLOCK),
         block_mask: true,
+        // A mask is made of plates, one for each block.
+        finest_block: BLOCK,
         masks_in_crops: false,
         hidden_casters: false,
         ray_list: false,

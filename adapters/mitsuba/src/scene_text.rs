@@ -174,7 +174,7 @@ impl Writer<'_> {
         }
         let crop = (take.drawn != size.window()).then_some(take.drawn);
         let cover = mask
-            .map(|mask| sensor.mask(&|x, y| mask.contains(x, y), BLOCK))
+            .map(|mask| sensor.mask(&|x, y| mask.contains(x, y), mask.side()))
             .unwrap_or_default();
         let shapes = format!("s{k:04}_shapes.xml");
         let mut add = |pass: Pass, name: &str, per_side: u32, enlarged: u32, emitter: &str| {

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Stage, apart, colours, depths, lamp, mitsuba};
-use decor_api::{Output, Region, Window};
+use decor_api::{Blocks, Output, Region, Window};
 use decor_reference::Reference;
 
 /// How many pixels see something in one picture and nothing in the other.
@@ -132,7 +132,11 @@ fn blocks_are_the_whole_pictures_own() {
             let whole = stage.draw(&mitsuba, output);
             let blocks = vec![0, 8, 9, 16, 34];
             let part = stage
-                .try_draw(&mitsuba, output, Region::Blocks(blocks.clone()))
+                .try_draw(
+                    &mitsuba,
+                    output,
+                    Region::Blocks(Blocks::usual(blocks.clone())),
+                )
                 .unwrap();
             assert_eq!(part.window, stage.size.window());
             for y in 0..stage.size.height {

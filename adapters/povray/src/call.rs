@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use decor_api::process::ProcessCall;
 use decor_api::{
-    AdapterError, Layer, LayerRequest, NativeFile, Output, Picture, Region, Rendered, RunContext,
-    SceneText, Size, Window,
+    AdapterError, Blocks, Layer, LayerRequest, NativeFile, Output, Picture, Region, Rendered,
+    RunContext, SceneText, Size, Window,
 };
 
 use crate::depth::{DepthCode, Precision};
@@ -219,10 +219,11 @@ impl<'a> LayerCall<'a> {
         if let Some(threads) = run.threads {
             args.push(format!("+WT{threads}"));
         }
-        let masked = request
-            .shots
-            .iter()
-            .any(|shot| matches!(shot.region, Region::Blocks(_)));
+        let side = self.side()?;
+        let masked = side.is_some();
+        if let Some(side) = side.filter(|side| *side != state::BLOCK) {
+            args.push(format!("+BS{side}"));
+        }
         let stated = match leaves {
             Leaves::Layers => self.source == LayerSource::StateFile,
             Leaves::Pictures(_) => masked,
@@ -308,22 +309,51 @@ impl<'a> LayerCall<'a> {
 
     /// The size of the picture that POV-Ray renders, and the numbers that the
     /// blocks of a region have there; `None` for a window.
-    fn mask(&self, framing: Framing, region: &Region) -> Option<(Vec<u32>, Size)> {
-        let Region::Blocks(ids) = region else {
+    fn mask(&self, framing: Framing, region: &Region) -> Option<(Blocks, Size)> {
+        let Region::Blocks(blocks) = region else {
             return None;
         };
-        let size = self.request.size;
+        let (size, side) = (self.request.size, blocks.side);
         let Framing::Crop { padded, .. } = framing else {
-            return Some((ids.clone(), size));
+            return Some((blocks.clone(), size));
         };
-        let columns = |size: Size| size.width.div_ceil(state::BLOCK);
+        let columns = |size: Size| size.width.div_ceil(side);
         let around = self.window(region);
-        let (left, top) = (around.x / state::BLOCK, around.y / state::BLOCK);
-        let moved = ids.iter().map(|id| {
+        let (left, top) = (around.x / side, around.y / side);
+        let moved = blocks.numbers.iter().map(|id| {
             let (column, row) = (id % columns(size), id / columns(size));
             (row - top) * columns(padded) + (column - left)
         });
-        Some((moved.collect(), padded))
+        let moved = Blocks {
+            side,
+            numbers: moved.collect(),
+        };
+        Some((moved, padded))
+    }
+
+    /// The side of the blocks of all shots, where some are asked for.
+    fn side(&self) -> Result<Option<u32>, AdapterError> {
+        let shots = self.request.shots.iter();
+        let mut sides = shots.filter_map(|shot| match &shot.region {
+            Region::Blocks(blocks) => Some(blocks.side),
+            Region::Window(_) => None,
+        });
+        let Some(side) = sides.next() else {
+            return Ok(None);
+        };
+        let what = if sides.any(|other| other != side) {
+            "blocks of several sides in one call".to_owned()
+        } else if self.request.antialias.is_some() && side != state::BLOCK {
+            format!("blocks of {side} pixels with antialiasing")
+        } else if side < state::LEAST {
+            format!("blocks of {side} pixels")
+        } else {
+            return Ok(Some(side));
+        };
+        Err(AdapterError::Unsupported {
+            what,
+            adapter: "povray".into(),
+        })
     }
 
     fn prepare_states(
@@ -336,7 +366,7 @@ impl<'a> LayerCall<'a> {
         for (k, shot) in self.request.shots.iter().enumerate() {
             let bytes = match self.mask(framing, &shot.region) {
                 None => state::empty(),
-                Some((ids, size)) => state::masked(size, &ids),
+                Some((blocks, size)) => state::masked(size, &blocks),
             };
             let suffix = numbering.suffix(k);
             match leaves {
@@ -379,7 +409,7 @@ impl<'a> LayerCall<'a> {
                 let mask = self.mask(Framing::of(self.request), region);
                 let wanted = match &mask {
                     None => Wanted::All,
-                    Some((ids, size)) => Wanted::Blocks(ids, *size),
+                    Some((blocks, size)) => Wanted::Blocks(blocks, *size),
                 };
                 let bad = |error| bad(&path, &error);
                 if let Some(code) = self.code {

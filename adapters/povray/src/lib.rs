@@ -234,6 +234,7 @@ fn abilities(version: &str) -> Abilities {
         sample_position: (0.5, 0.5),
         crop_grid: Some(state::BLOCK),
         block_mask: true,
+        finest_block: state::LEAST,
         masks_in_crops: true,
         hidden_casters: true,
         ray_list: true,

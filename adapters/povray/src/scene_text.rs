@@ -16,7 +16,6 @@ use crate::light;
 use crate::number::colour;
 use crate::solid::{Looks, placed, solid};
 use crate::sources::Library;
-use crate::state;
 
 /// The name of the main file.
 pub const MAIN: &str = "scene.pov";
@@ -123,12 +122,11 @@ impl Framing {
         };
         let (mut masked, mut is_cut) = (false, false);
         for shot in shots {
-            if let Region::Blocks(ids) = &shot.region {
+            if let Region::Blocks(blocks) = &shot.region {
                 masked = true;
-                is_cut |= ids.iter().any(|&id| {
-                    let block = state::block_window(size, id);
-                    block.width < state::BLOCK || block.height < state::BLOCK
-                });
+                is_cut |= blocks
+                    .windows(size)
+                    .any(|block| block.width < blocks.side || block.height < blocks.side);
             }
             let window = window_of(&shot.region, size);
             cut.width = cut.width.max(window.width);
@@ -153,10 +151,7 @@ impl Framing {
 pub fn window_of(region: &Region, size: Size) -> Window {
     match region {
         Region::Window(window) => *window,
-        Region::Blocks(ids) => ids
-            .iter()
-            .map(|&id| state::block_window(size, id))
-            .fold(Window::EMPTY, Window::union),
+        Region::Blocks(blocks) => blocks.window(size),
     }
 }
 

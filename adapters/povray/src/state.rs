@@ -14,10 +14,13 @@
 
 use std::io::Read;
 
-use decor_api::{Size, Window};
+use decor_api::{Blocks, Size, Window};
 
-/// The side of a block, in pixels.
+/// The side of a block, in pixels, where nothing else is said.
 pub const BLOCK: u32 = 32;
+
+/// The side of the smallest blocks that POV-Ray draws.
+pub const LEAST: u32 = 4;
 
 const SIGNATURE: &[u8] = b"POV-Ray Render State File\0\0\0";
 const VERSION: &[u8] = b"0001";
@@ -60,17 +63,19 @@ pub fn empty() -> Vec<u8> {
 }
 
 /// A state file for a picture of `size` in which every block but `wanted` is
-/// called done, with a rectangle of one pixel. `wanted` is ascending.
-pub fn masked(size: Size, wanted: &[u32]) -> Vec<u8> {
+/// called done, with a rectangle of one pixel. The picture is to be rendered in
+/// blocks of that side (`+BS`).
+pub fn masked(size: Size, wanted: &Blocks) -> Vec<u8> {
     let mut file = empty();
-    let columns = size.width.div_ceil(BLOCK);
-    let blocks = columns * size.height.div_ceil(BLOCK);
-    let mut wanted = wanted.iter().copied().peekable();
+    let side = wanted.side;
+    let columns = size.width.div_ceil(side);
+    let blocks = columns * size.height.div_ceil(side);
+    let mut wanted = wanted.numbers.iter().copied().peekable();
     for block in 0..blocks {
         if wanted.next_if_eq(&block).is_some() {
             continue;
         }
-        let (x, y) = (block % columns * BLOCK, block / columns * BLOCK);
+        let (x, y) = (block % columns * side, block / columns * side);
         push_record(&mut file, block, x, y);
     }
     file
@@ -248,21 +253,8 @@ fn be_u32(bytes: &[u8], at: usize) -> Option<u32> {
 pub enum Wanted<'a> {
     /// All of them.
     All,
-    /// Those of these blocks of a picture of that size, ascending.
-    Blocks(&'a [u32], Size),
-}
-
-/// The rectangle of a block in a picture of `size`.
-pub fn block_window(size: Size, id: u32) -> Window {
-    let columns = size.width.div_ceil(BLOCK);
-    let (x, y) = (id % columns * BLOCK, id / columns * BLOCK);
-    Window {
-        x,
-        y,
-        width: BLOCK,
-        height: BLOCK,
-    }
-    .intersection(size.window())
+    /// Those of these blocks of a picture of that size.
+    Blocks(&'a Blocks, Size),
 }
 
 /// The pixels of `window` as red, green, blue and coverage. Where only blocks
@@ -307,7 +299,7 @@ pub fn pixels_as<T: Clone>(
         let Some(block) = found else { continue };
         let is_wanted = match wanted {
             Wanted::All => true,
-            Wanted::Blocks(ids, _) => ids.binary_search(&block.id).is_ok(),
+            Wanted::Blocks(wanted, _) => wanted.numbers.binary_search(&block.id).is_ok(),
         };
         if !is_wanted {
             continue;
@@ -328,9 +320,9 @@ pub fn pixels_as<T: Clone>(
     }
     let expected = match wanted {
         Wanted::All => window.pixels(),
-        Wanted::Blocks(ids, size) => ids
-            .iter()
-            .map(|&id| block_window(size, id).intersection(window).pixels())
+        Wanted::Blocks(wanted, size) => wanted
+            .windows(size)
+            .map(|block| block.intersection(window).pixels())
             .sum(),
     };
     if covered < expected {
@@ -376,9 +368,17 @@ mod tests {
 
     #[test]
     fn a_mask_marks_every_other_block() {
-        let file = masked(SIZE, &[1, 5]);
-        let ids: Vec<u32> = blocks(&file).unwrap().iter().map(|b| b.id).collect();
-        assert_eq!(ids, [0, 2, 3, 4]);
+        let ids = |wanted: &Blocks| -> Vec<u32> {
+            let file = masked(SIZE, wanted);
+            blocks(&file).unwrap().iter().map(|b| b.id).collect()
+        };
+        assert_eq!(ids(&Blocks::usual(vec![1, 5])), [0, 2, 3, 4]);
+        let smaller = Blocks {
+            side: 16,
+            numbers: (2..15).collect(),
+        };
+        assert_eq!(ids(&smaller), [0, 1]);
+        let file = masked(SIZE, &Blocks::usual(vec![1, 5]));
         assert!(
             blocks(&file)
                 .unwrap()
@@ -397,11 +397,12 @@ mod tests {
                 wanted: 2800
             }
         );
+        let third = Blocks::usual(vec![3]);
         assert!(
             pixels(
-                &masked(SIZE, &[3])[..],
+                &masked(SIZE, &third)[..],
                 SIZE.window(),
-                Wanted::Blocks(&[3], SIZE)
+                Wanted::Blocks(&third, SIZE)
             )
             .is_err()
         );
@@ -418,7 +419,7 @@ mod tests {
     proptest! {
         #[test]
         fn damaged_files_do_not_panic(at in 512_usize..1100, byte: u8, cut in 0_usize..600) {
-            let mut file = masked(SIZE, &[1]);
+            let mut file = masked(SIZE, &Blocks::usual(vec![1]));
             let at = at % file.len();
             file[at] = byte;
             file.truncate(file.len().saturating_sub(cut));

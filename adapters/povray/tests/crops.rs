@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::{AA1, at, context, fragment, neutral, povray, scene};
 use decor_api::{
-    Adapter, Antialias, Bounds, Camera, Csg, Layer, LayerRequest, LayerShot, Output,
+    Adapter, Antialias, Blocks, Bounds, Camera, Csg, Layer, LayerRequest, LayerShot, Output,
     PrototypeTable, Region, Scene, Size, Window,
 };
 use decor_povray::LayerSource;
@@ -232,10 +232,10 @@ fn blocks_of_the_full_picture() {
             &[34],
         ];
         for ids in sets {
-            let region = Region::Blocks(ids.to_vec());
+            let region = Region::Blocks(Blocks::usual(ids.to_vec()));
             let part = &povray.render(&request(region), &run).unwrap()[0];
             for &id in ids {
-                let window = decor_povray::state::block_window(size, id);
+                let window = decor_api::block_window(id, decor_api::BLOCK, size);
                 let block = Layer {
                     window,
                     colour: Some(

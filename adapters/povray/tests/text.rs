@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use common::{AA1, at, context, fragment, neutral, povray, scene};
 use decor_api::{
-    Adapter, Antialias, Bounds, Camera, Csg, Fade, Highlight, Instance, LayerRequest, LayerShot,
-    Light, LightKind, Material, NativeFile, Output, Pose, PrototypeTable, Region, Rgb, Scene, Size,
-    TriangleMesh, Window,
+    Adapter, Antialias, Blocks, Bounds, Camera, Csg, Fade, Highlight, Instance, LayerRequest,
+    LayerShot, Light, LightKind, Material, NativeFile, Output, Pose, PrototypeTable, Region, Rgb,
+    Scene, Size, TriangleMesh, Window,
 };
 use decor_povray::LayerSource;
 use glam::DVec3;
@@ -354,7 +354,7 @@ fn blocks() {
         scene(view(), vec![at(id, 0.0, 0.0, 0.0)]),
         scene(view(), vec![at(id, 1.0, 0.0, 0.0)]),
     ];
-    let some = Region::Blocks(vec![1, 4]);
+    let some = Region::Blocks(Blocks::usual(vec![1, 4]));
     check(
         "blocks",
         &table,

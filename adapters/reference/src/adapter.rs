@@ -38,6 +38,8 @@ impl Default for Reference {
                 sample_position: (0.5, 0.5),
                 crop_grid: Some(BLOCK),
                 block_mask: true,
+                // It draws pixel by pixel.
+                finest_block: 1,
                 masks_in_crops: true,
                 hidden_casters: true,
                 ray_list: true,

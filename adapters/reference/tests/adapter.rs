@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use common::{Stage, glowing, lamp, painted, run, size, sphere};
 use decor_api::{
-    Adapter, AdapterError, Baseline, Bounds, Fragment, Geometry, Instance, NativeFile, Optics,
-    Output, PictureFormat, Pose, Prototype, PrototypeId, Region, RunContext, Window,
+    Adapter, AdapterError, Baseline, Blocks, Bounds, Fragment, Geometry, Instance, NativeFile,
+    Optics, Output, PictureFormat, Pose, Prototype, PrototypeId, Region, RunContext, Window,
 };
 use decor_reference::Reference;
 use glam::DVec3;
@@ -103,8 +103,8 @@ fn what_is_outside_of_the_picture_is_an_error() {
     assert!(draw(window(39, 1)).is_ok());
     assert!(draw(window(39, 2)).is_err());
     assert!(draw(Region::Window(Window::EMPTY)).is_ok());
-    assert!(draw(Region::Blocks(vec![3])).is_ok());
-    assert_names(draw(Region::Blocks(vec![4])), "block 4");
+    assert!(draw(Region::Blocks(Blocks::usual(vec![3]))).is_ok());
+    assert_names(draw(Region::Blocks(Blocks::usual(vec![4]))), "block 4");
 }
 
 #[test]

@@ -4,8 +4,8 @@ mod common;
 
 use common::{Stage, glowing, lamp, painted, plane, run, size, sphere, vec3, white};
 use decor_api::{
-    Adapter, Antialias, Highlight, Layer, Light, LightKind, Material, Output, Region, Rgb, Size,
-    Window,
+    Adapter, Antialias, Blocks, Highlight, Layer, Light, LightKind, Material, Output, Region, Rgb,
+    Size, Window,
 };
 use decor_reference::{BLOCK, Reference};
 use glam::DVec3;
@@ -120,7 +120,12 @@ fn blocks_are_the_full_frame_s() {
     let blocks = vec![1, 3, 4, 8];
     for (output, antialias) in PASSES {
         let whole = draw(&stage, output, antialias, Region::Window(SIZE.window()));
-        let some = draw(&stage, output, antialias, Region::Blocks(blocks.clone()));
+        let some = draw(
+            &stage,
+            output,
+            antialias,
+            Region::Blocks(Blocks::usual(blocks.clone())),
+        );
         assert_eq!(some.window, SIZE.window());
         let mut seen = 0;
         for y in 0..SIZE.height {
@@ -133,9 +138,19 @@ fn blocks_are_the_full_frame_s() {
         }
         assert_eq!(seen, 32 * 32 * 3 + 11 * 6);
     }
-    let last = draw(&stage, Output::Depth, None, Region::Blocks(vec![8]));
+    let last = draw(
+        &stage,
+        Output::Depth,
+        None,
+        Region::Blocks(Blocks::usual(vec![8])),
+    );
     assert_eq!(last.window.pixels(), 11 * 6);
-    let none = draw(&stage, Output::Depth, None, Region::Blocks(Vec::new()));
+    let none = draw(
+        &stage,
+        Output::Depth,
+        None,
+        Region::Blocks(Blocks::usual(Vec::new())),
+    );
     assert_eq!(none.depth, Some(Vec::new()));
 }
 

@@ -29,6 +29,7 @@ impl Fake {
                 sample_position: (0.5, 0.5),
                 crop_grid: None,
                 block_mask: false,
+                finest_block: decor_api::BLOCK,
                 masks_in_crops: false,
                 hidden_casters: false,
                 ray_list: false,

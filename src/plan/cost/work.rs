@@ -288,7 +288,7 @@ impl Work {
                     }
                     let by_map = shadows.is_some_and(|shadows| shadows.by_map);
                     if !blocks.is_empty() || shadows.is_some() && !by_map {
-                        let windows: Vec<Window> = blocks.windows().collect();
+                        let windows: Vec<Window> = blocks.runs().collect();
                         let mut picture = scene.blocks(&windows);
                         if let Some(shadows) = shadows.filter(|_| !by_map) {
                             picture.spread(shadows.expected_pixels, whole);

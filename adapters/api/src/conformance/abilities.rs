@@ -71,6 +71,11 @@ pub fn abilities_are_plausible(subject: &Subject) {
     assert_ne!(abilities.crop_grid, Some(0));
     let blocks_have_a_grid = !abilities.block_mask || abilities.crop_grid.is_some();
     assert!(blocks_have_a_grid, "blocks, of which grid?");
+    let finest = abilities.finest_block;
+    assert!(
+        finest > 0 && crate::BLOCK.is_multiple_of(finest),
+        "blocks of {finest}"
+    );
     for ending in abilities.fragments {
         assert!(!ending.is_empty() && !ending.starts_with('.'), "`{ending}`");
     }

@@ -8,6 +8,7 @@ use super::stage::{
     sphere, whole,
 };
 use crate::adapter::{AdapterError, Output, Region};
+use crate::blocks::{BLOCK, Blocks};
 use crate::csg::Csg;
 use crate::layer::{Layer, Size, Window};
 use crate::scene::{Antialias, Pose};
@@ -17,8 +18,11 @@ const ANTIALIAS: Antialias = Antialias {
     depth: 2,
 };
 
+/// What is drawn, and with which antialiasing.
+type Way = (Output, Option<Antialias>);
+
 /// The passes that are compared.
-const PASSES: [(Output, Option<Antialias>); 4] = [
+const PASSES: [Way; 4] = [
     (Output::ColourOverBackground, None),
     (Output::ColourOverBackground, Some(ANTIALIAS)),
     (Output::ColourAlone { with_sky: false }, Some(ANTIALIAS)),
@@ -157,12 +161,8 @@ pub fn crops_on_the_grid_are_identical(subject: &Subject) {
         window(2, 66, 67, 2),
     ]
     .map(|window| window.on_grid(grid, stage.size));
-    compare(
-        subject,
-        &stage,
-        windows.map(Region::Window).to_vec(),
-        |_, _| true,
-    );
+    let windows = windows.map(Region::Window).to_vec();
+    compare(subject, &stage, &PASSES, windows, |_, _| true);
 }
 
 /// A set of blocks alone has the full frame's very values in these blocks.
@@ -172,24 +172,34 @@ pub fn blocks_are_identical(subject: &Subject) {
     let stage = busy();
     if !abilities.block_mask {
         // The window around them, slower, is right too.
-        let region = Region::Blocks(vec![1, 4]);
+        let region = Region::Blocks(Blocks::usual(vec![1, 4]));
         match stage.draw_with(&*adapter, Output::Depth, region, None) {
             Err(AdapterError::Unsupported { .. }) => return,
             Err(error) => panic!("blocks are refused, but not as unsupported: {error}"),
             Ok(_) => {}
         }
     }
-    // Blocks are 32 pixels wide wherever windows may begin more often.
-    let grid = abilities.crop_grid.expect("blocks are those of a grid");
-    let grid = if 32 % grid == 0 { 32 } else { grid };
-    let columns = stage.size.width.div_ceil(grid);
-    let count = columns * stage.size.height.div_ceil(grid);
-    let blocks: Vec<u32> = (0..count).filter(|k| k % 5 == 1 || k % 7 == 4).collect();
-    let inside = |x: u32, y: u32| blocks.contains(&(y / grid * columns + x / grid));
+    assert!(abilities.crop_grid.is_some(), "blocks are those of a grid");
+    same_in_blocks(subject, &stage, &PASSES, BLOCK);
+    let plain = PASSES.map(|pass| pass.1.is_none().then_some(pass));
+    let plain: Vec<Way> = plain.into_iter().flatten().collect();
+    let sides = [1, 2, 4, 8, 16].into_iter();
+    for side in sides.filter(|side| *side >= abilities.finest_block) {
+        same_in_blocks(subject, &stage, &plain, side);
+    }
+}
+
+fn same_in_blocks(subject: &Subject, stage: &Stage, passes: &[Way], side: u32) {
+    let columns = stage.size.width.div_ceil(side);
+    let count = columns * stage.size.height.div_ceil(side);
+    let numbers = (0..count).filter(|k| k % 5 == 1 || k % 7 == 4).collect();
+    let blocks = Blocks { side, numbers };
+    let wanted = &blocks.numbers;
+    let inside = |x: u32, y: u32| wanted.contains(&(y / side * columns + x / side));
     let regions = vec![Region::Blocks(blocks.clone())];
-    for part in compare(subject, &stage, regions, inside) {
-        for k in &blocks {
-            let (x, y) = (k % columns * grid, k / columns * grid);
+    for part in compare(subject, stage, passes, regions, inside) {
+        for k in wanted {
+            let (x, y) = (k % columns * side, k / columns * side);
             assert!(
                 part.window.contains(x, y),
                 "block {k} is outside of the layer"
@@ -202,12 +212,13 @@ pub fn blocks_are_identical(subject: &Subject) {
 fn compare(
     subject: &Subject,
     stage: &Stage,
+    passes: &[Way],
     regions: Vec<Region>,
     wanted: impl Fn(u32, u32) -> bool,
 ) -> Vec<Layer> {
     let adapter = subject.adapter();
     let mut all = Vec::new();
-    for (output, antialias) in PASSES {
+    for &(output, antialias) in passes {
         let full = drawn(stage.draw_with(&*adapter, output, whole(stage.size), antialias));
         let shots = regions.iter().map(|r| stage.shot(1, r.clone())).collect();
         let mut request = stage.request(output, shots);

@@ -8,9 +8,9 @@
 //! border of the picture these lie outside: the picture does not show whether they
 //! are touched. Method 2 and no antialiasing look at the block's own pixels alone.
 
-use decor_api::{Size, Window};
+use decor_api::{Size, Window, block_window};
 
-use crate::state::{BLOCK, Block, block_window};
+use crate::state::{BLOCK, Block};
 
 /// The blocks of a picture, row by row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ impl Grid {
 
     /// The rectangle of a block.
     pub fn window(&self, block: usize) -> Window {
-        block_window(self.size, block as u32)
+        block_window(block as u32, BLOCK, self.size)
     }
 }
 

@@ -59,8 +59,8 @@ impl Finished {
 /// The state file of a frame of which only these blocks are traced, and all others
 /// are left black.
 pub fn only(grid: Grid, blocks: &Blocks) -> Vec<u8> {
-    let ids: Vec<u32> = blocks.iter().map(|id| id as u32).collect();
-    state::masked(grid.size, &ids)
+    let ids = blocks.iter().map(|id| id as u32).collect();
+    state::masked(grid.size, &decor_api::Blocks::usual(ids))
 }
 
 /// The blocks, of these, that two state files do not hold alike.
