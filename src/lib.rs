@@ -46,7 +46,7 @@
 //! | décor | image and depth of what need not be rendered again during a period |
 //! | period | the frames that one décor serves |
 //! | layer | colour, coverage and depth of some of the objects |
-//! | block | a square of 32 by 32 pixels on the renderer's own grid |
+//! | block | a square of 32 by 32 pixels on the renderer's own grid; without antialiasing smaller, where the renderer has smaller ones |
 
 pub mod animation;
 mod casters;
