@@ -25,6 +25,11 @@ impl BlockSet {
         }
     }
 
+    /// The size of the picture.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
     /// The side of each, in pixels.
     pub fn side(&self) -> u32 {
         self.side
@@ -78,6 +83,17 @@ impl BlockSet {
             size: self.size,
             side: self.side,
             bits: bits.map(|(a, b)| *a || *b).collect(),
+        }
+    }
+
+    /// The blocks of this set that the other one, of the same kind, has not.
+    #[must_use]
+    pub fn without(&self, other: &Self) -> Self {
+        debug_assert!(self.side == other.side && self.size == other.size);
+        let bits = self.bits.iter().zip(&other.bits);
+        Self {
+            bits: bits.map(|(a, b)| *a && !b).collect(),
+            ..*self
         }
     }
 

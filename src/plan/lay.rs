@@ -6,6 +6,7 @@ use decor_api::{Bounds, Optics, Window};
 
 use super::islands::islands;
 use super::make::Maker;
+use super::screened::Screens;
 use super::windows::gathered;
 use super::{
     BlockSet, End, FramePlan, Mode, Period, ShadowPlan, ShadowWay, SkyMotion, WholeReason,
@@ -32,6 +33,9 @@ enum Way {
     Merged,
     /// In blocks from the full scene that split no object.
     Islands,
+    /// In blocks from the full scene, where the décor's depth shows that something
+    /// fast can be seen: none where it is hidden.
+    ByDepth,
 }
 
 impl Maker<'_> {
@@ -284,26 +288,58 @@ impl Maker<'_> {
     pub fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
         let whole = period.frames.clone();
         self.lay_by(period, first, Way::Merged);
-        let fast = |frame: &FramePlan| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty());
-        let may_have_islands = self.may_have_islands(period, first);
-        if !may_have_islands || !period.frames.iter().any(fast) {
-            return;
+        let ways = [
+            (Way::Islands, self.may_have_islands(period, first)),
+            (Way::ByDepth, self.may_be_by_depth(period, first)),
+        ];
+        for (way, _) in ways.into_iter().filter(|(_, may)| *may) {
+            let mut other = Period {
+                frames: whole.clone(),
+                ..period.clone()
+            };
+            self.lay_by(&mut other, first, way);
+            let mut laid = other.frames.iter().filter(|f| **f != FramePlan::Whole);
+            if laid.next().is_some() && self.weight(&other, false) < self.weight(period, false) {
+                *period = other;
+            }
         }
-        let mut by_islands = Period {
-            frames: whole,
-            ..period.clone()
+    }
+
+    /// May what is fast be hidden by the décor, so that its depth tells where blocks
+    /// are not needed?
+    fn may_be_by_depth(&self, period: &Period, first: &FrameState<'_>) -> bool {
+        let changes = |frame: &FramePlan| {
+            matches!(frame, FramePlan::Layered { fast, blocks, shadows: None, .. }
+                if !fast.is_empty() || !blocks.is_empty())
         };
-        self.lay_by(&mut by_islands, first, Way::Islands);
-        let laid = by_islands.frames.iter();
-        let laid = laid.filter(|frame| **frame != FramePlan::Whole).count();
-        if laid > 0 && self.weight(&by_islands, false) < self.weight(period, false) {
-            *period = by_islands;
+        let can = period.still
+            && self.wishes.mode != Mode::Preview
+            && !self.wishes.with_depth
+            && first.antialias.is_none()
+            && self.stage.draws_blocks();
+        if !can || !period.frames.iter().any(changes) {
+            return false;
         }
+        let classes = period.classes();
+        let last = period.numbers().end - 1;
+        // Some frames tell, as a rule.
+        [period.start, period.start.midpoint(last), last]
+            .iter()
+            .any(|&number| {
+                let state = self.state(number);
+                let screens = Screens::of(self.stage, &state, &classes);
+                let (seen, all) = screens.seen(self.stage, &state, &classes);
+                seen.pixels() < all.pixels()
+            })
     }
 
     /// May fast objects be drawn in blocks from the full scene, although there are
     /// objects in the décor that move?
     fn may_have_islands(&self, period: &Period, first: &FrameState<'_>) -> bool {
+        let fast = |frame: &FramePlan| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty());
+        if !period.frames.iter().any(fast) {
+            return false;
+        }
         let moving = || period.objects.iter().any(|object| period.is_moving(object));
         self.wishes.mode == Mode::Equivalent
             && self.abilities().block_mask
@@ -313,8 +349,7 @@ impl Maker<'_> {
     }
 
     fn lay_by(&self, period: &mut Period, first: &FrameState<'_>, way: Way) {
-        let classes: HashMap<ObjectId, Class> =
-            period.objects.iter().map(|o| (o.object, o.class)).collect();
+        let classes = period.classes();
         // What the décor shows of optical objects has to be drawn over.
         let shown: Vec<Window> = first
             .objects
@@ -386,7 +421,7 @@ impl Maker<'_> {
             && classes
                 .iter()
                 .any(|(id, class)| *class == Class::Fast && !resting.contains(id));
-        let all_from_scene = way == Way::Islands || self.all_from_scene(state, classes, casts);
+        let all_from_scene = way != Way::Merged || self.all_from_scene(state, classes, casts);
         for object in &state.objects {
             let is_fast = classes.get(&object.id) == Some(&Class::Fast);
             let optical = self.is_optical(object);
@@ -417,11 +452,26 @@ impl Maker<'_> {
         if way == Way::Islands {
             blocks = islands(self.stage, state, classes, self.threshold_px, blocks)?;
         }
-        let shadows = casts.then(|| ShadowPlan {
-            expected_pixels: self.shadow_pixels(state, classes, resting, &blocks),
-            replaces_boxes: all_from_scene,
-            by_map: !all_from_scene && self.by_map(state),
-        });
+        let shadows = if casts {
+            Some(ShadowPlan {
+                expected_pixels: self.shadow_pixels(state, classes, resting, &blocks),
+                replaces_boxes: all_from_scene,
+                by_map: !all_from_scene && self.by_map(state),
+            })
+        } else if way == Way::ByDepth && !blocks.is_empty() {
+            let screens = Screens::of(self.stage, state, classes);
+            let (seen, all) = screens.seen(self.stage, state, classes);
+            // A ball hides less than its box.
+            const HIDES: f64 = 0.5;
+            let hidden = HIDES * (all.pixels() - seen.pixels()) as f64;
+            Some(ShadowPlan {
+                expected_pixels: blocks.pixels() as f64 - hidden,
+                replaces_boxes: true,
+                by_map: false,
+            })
+        } else {
+            None
+        };
         Some(FramePlan::Layered {
             fast: gathered(&merged, size, state.antialias.is_some()),
             blocks,

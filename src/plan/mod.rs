@@ -10,9 +10,10 @@ mod islands;
 mod lay;
 mod make;
 mod outlines;
+mod screened;
 mod windows;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use decor_api::Window;
@@ -28,6 +29,7 @@ pub(crate) use islands::seen_in;
 pub(crate) use make::Maker;
 pub use make::{PlanError, plan};
 pub(crate) use outlines::Outlines;
+pub use screened::Screens;
 pub use windows::gathered;
 
 use crate::film::ObjectId;
@@ -178,7 +180,8 @@ impl FramePlan {
     }
 }
 
-/// Where what moves may shade the décor.
+/// Where what moves may change the décor's picture, which its depth tells: by shadows,
+/// and where it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowPlan {
     /// About how many pixels of blocks there will be: for the price.
@@ -295,6 +298,11 @@ impl Period {
     /// The frames' numbers.
     pub fn numbers(&self) -> std::ops::Range<u32> {
         self.start..self.start + self.len()
+    }
+
+    /// Every object's class.
+    pub fn classes(&self) -> HashMap<ObjectId, Class> {
+        self.objects.iter().map(|o| (o.object, o.class)).collect()
     }
 
     /// How many objects have this class.

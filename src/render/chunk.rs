@@ -14,7 +14,7 @@ use super::ground::PeriodGround;
 use super::influenced::Blocks;
 use super::shading::Shades;
 use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_length, seen_in};
+use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_length, gathered, seen_in};
 use crate::probe::cores;
 
 /// Passes of a chunk, in the order in which they are laid onto a frame.
@@ -89,8 +89,10 @@ impl Execution<'_> {
             return Err(AdapterError::Cancelled.into());
         }
         let mut ground = Some(ground);
-        // Where shadows fall is known when the décor is.
-        let early = if self.needs_ground_first(period, frames.clone()) {
+        // Where shadows fall is known when the décor is; what it hides, too.
+        let early = if self.needs_ground_first(period, frames.clone())
+            || self.may_hide(period, frames.clone())
+        {
             match ground.take().and_then(|wait| wait()) {
                 Some(ground) => Some(ground),
                 None => return Ok(()),
@@ -108,7 +110,7 @@ impl Execution<'_> {
             Some(ground) => self.shades(period, frames.clone(), ground, &masks, &blocks)?,
             None => Shades::new(),
         };
-        let shots = self.shots(period, frames.clone(), &blocks);
+        let shots = self.shots(period, frames.clone(), &blocks, early);
         let requests = self.requests(shots, frames.start);
         let mut calls = self.called(&requests, &blocks)?;
         let Some(ground) = early.or_else(|| ground.take().and_then(|wait| wait())) else {
@@ -127,6 +129,7 @@ impl Execution<'_> {
         period: &Period,
         frames: Range<u32>,
         blocks: &Blocks,
+        ground: Option<&PeriodGround>,
     ) -> BTreeMap<Pass, Vec<LayerShot>> {
         let fast_objects = fast_objects(period);
         let mut shots: BTreeMap<Pass, Vec<LayerShot>> = BTreeMap::new();
@@ -156,10 +159,11 @@ impl Execution<'_> {
                         add(Pass::Sky, &scene, all);
                     }
                     if !fast.is_empty() {
-                        let scene = Arc::new(self.fast_scene(&state, &fast_objects));
-                        for window in fast {
-                            add(Pass::Fast, &scene, Region::Window(*window));
-                            add(Pass::FastDepth, &scene, Region::Window(*window));
+                        let (seen, windows) = self.seen(&state, &fast_objects, fast, ground);
+                        let scene = Arc::new(self.fast_scene(&state, &seen));
+                        for window in windows {
+                            add(Pass::Fast, &scene, Region::Window(window));
+                            add(Pass::FastDepth, &scene, Region::Window(window));
                         }
                     }
                     if let Some(blocks) = blocks.get(&number).filter(|b| !b.is_empty()) {
@@ -176,6 +180,36 @@ impl Execution<'_> {
             }
         }
         shots
+    }
+
+    /// The fast objects that the décor does not hide, and the windows in which they
+    /// are rendered: of those that are planned, or where some are hidden, fewer.
+    fn seen(
+        &self,
+        state: &FrameState<'_>,
+        fast: &HashSet<ObjectId>,
+        planned: &[Window],
+        ground: Option<&PeriodGround>,
+    ) -> (HashSet<ObjectId>, Vec<Window>) {
+        let hidden = ground.map(|ground| self.behind(state, fast, ground));
+        let hidden = hidden.unwrap_or_default();
+        if hidden.is_empty() {
+            return (fast.clone(), planned.to_vec());
+        }
+        let seen: HashSet<ObjectId> = fast.difference(&hidden).copied().collect();
+        let objects = state.objects.iter().filter(|o| seen.contains(&o.id));
+        let objects = objects.filter(|object| self.belongs_to_layer(object, state));
+        let needed = objects.map(|object| self.stage.window(object, &state.camera));
+        // Nothing but what was planned: who is drawn in blocks has no window.
+        let needed = needed.flat_map(|needed| {
+            let parts = planned
+                .iter()
+                .map(move |&window| window.intersection(needed));
+            parts.filter(|part| !part.is_empty())
+        });
+        let needed: Vec<Window> = needed.collect();
+        let antialiased = state.antialias.is_some();
+        (seen, gathered(&needed, self.stage.size(), antialiased))
     }
 
     /// The fast objects of a frame by themselves, and with them, unseen, all that

@@ -98,6 +98,23 @@ impl PeriodGround {
         })
     }
 
+    /// Is what frame `number` shows of the décor nearer than `distance` in all of a
+    /// window, by more than depths are certain? Not where it is unknown.
+    pub fn is_nearer(&self, number: u32, window: Window, distance: f64) -> bool {
+        let Some(backdrop) = self.backdrop(number, None, None) else {
+            return false;
+        };
+        let window = window.intersection(backdrop.decor.window);
+        let (near, far) = backdrop.depth_quantum();
+        // The depths of two layers are compared.
+        let is_nearer = |depth: &f64| depth + 2.0 * (near + far * distance) < distance;
+        let mut space = vec![f64::INFINITY; window.width as usize];
+        (window.y..window.bottom()).all(|y| {
+            let depths = backdrop.depths_of(window.x, y, &mut space);
+            depths.iter().all(is_nearer)
+        })
+    }
+
     /// The décor's depth, where it has one.
     pub fn depths(&self) -> Option<(&Layer, Option<&Samples>)> {
         let decor = self.decor.as_deref().filter(|d| d.depth.is_some())?;

@@ -7,6 +7,7 @@
 //! décor are there, and then forgotten. Until then its layers are the renderer's
 //! files: a few frames are in memory at once, whatever the film's length.
 
+mod behind;
 mod called;
 mod chunk;
 mod execution;
