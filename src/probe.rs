@@ -13,6 +13,8 @@ mod fit;
 mod learned;
 mod sample;
 
+pub(crate) use sample::cpu_s;
+
 use std::ops::Not;
 use std::sync::Arc;
 use std::time::Instant;

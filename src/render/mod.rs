@@ -14,6 +14,7 @@ mod execution;
 mod ground;
 mod influenced;
 mod joint;
+mod pace;
 mod schedule;
 mod shading;
 mod shown;

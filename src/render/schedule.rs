@@ -10,6 +10,7 @@ use super::RenderError;
 use super::execution::Execution;
 use super::ground::PeriodGround;
 use super::joint::{Joint, Wanted};
+use super::pace;
 use crate::plan::{Period, periods_at_once};
 
 /// A joint under way or done.
@@ -70,8 +71,17 @@ pub fn run(execution: &Execution<'_>) -> Result<(), RenderError> {
         at_once: periods_at_once(pixels, execution.jobs),
     };
     std::thread::scope(|scope| {
+        let (at_work, workers) = std::sync::mpsc::channel();
         for _ in 0..execution.jobs {
-            scope.spawn(|| queue.work(execution));
+            let (at_work, queue) = (at_work.clone(), &queue);
+            scope.spawn(move || {
+                queue.work(execution);
+                drop(at_work);
+            });
+        }
+        // A number that the user gives is kept.
+        if execution.options.jobs.is_none() {
+            scope.spawn(move || pace::keep(execution, &workers));
         }
     });
     match queue.lock().error.take() {

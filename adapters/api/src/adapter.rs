@@ -298,7 +298,7 @@ impl Tally {
         self.frames.fetch_add(frames as u64, Ordering::Relaxed);
     }
 
-    /// CPU time of a renderer's process that has ended.
+    /// CPU time of a renderer's process, which may still run.
     pub fn add_cpu(&self, time: Duration) {
         let ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
         self.cpu_ns.fetch_add(ns, Ordering::Relaxed);

@@ -151,10 +151,9 @@ impl ProcessCall<'_> {
         });
 
         let waiting = Waiting::begin(&*child);
-        let ending = waiting.ending(&mut *child, run.timeout, || run.is_cancelled());
-        if let Ok(Ending::Ended(Some(time))) = ending {
-            run.tally.add_cpu(time);
-        }
+        let stop = || run.is_cancelled();
+        let used = |time| run.tally.add_cpu(time);
+        let ending = waiting.ending(&mut *child, run.timeout, stop, used);
         // The group goes even where its leader ended by itself: what it started
         // must not outlive it, and would keep the pipe open. That nobody is
         // left to be killed is the usual case, not an error.
@@ -178,7 +177,7 @@ impl ProcessCall<'_> {
                 stderr: tail(&text),
             }),
             Ok((Ending::Stopped, _)) => Err(AdapterError::Cancelled),
-            Ok((Ending::Ended(_), status)) => {
+            Ok((Ending::Ended, status)) => {
                 let stderr = String::from_utf8_lossy(&text).into_owned();
                 Ok((Ended { status, stderr }, answer))
             }

@@ -14,10 +14,9 @@ const LOOK: Duration = Duration::from_millis(40);
 /// Why waiting is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// The child has ended, and has used so much CPU time in all its threads,
-    /// where that can be told. It was not waited for yet: its number, and its
-    /// group's, are still its own.
-    Ended(Option<Duration>),
+    /// The child has ended. It was not waited for yet: its number, and its group's,
+    /// are still its own.
+    Ended,
     /// It was asked to stop; the child may still run.
     Stopped,
     /// It took too long, and still runs.
@@ -59,14 +58,24 @@ impl Waiting {
         }
     }
 
-    /// Waits; at most `limit` from the beginning on.
+    /// Waits; at most `limit` from the beginning on. Of the CPU time that the child
+    /// has used in all its threads `used` is told now and then, and at the end: what
+    /// came since the last time.
     pub fn ending(
         &self,
         _: &mut dyn ChildWrapper,
         limit: Duration,
         stop: impl Fn() -> bool,
+        used: impl Fn(Duration),
     ) -> io::Result<Ending> {
         use std::sync::mpsc::RecvTimeoutError;
+        let mut told = Duration::ZERO;
+        let mut tell = || {
+            if let Some(time) = cpu_time(self.pid) {
+                used(time.saturating_sub(told));
+                told = told.max(time);
+            }
+        };
         loop {
             if stop() {
                 return Ok(Ending::Stopped);
@@ -74,9 +83,10 @@ impl Waiting {
             let left = limit.saturating_sub(self.begun.elapsed());
             match self.ended.recv_timeout(LOOK.min(left)) {
                 Err(RecvTimeoutError::Timeout) if left.is_zero() => return Ok(Ending::TooLong),
-                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Timeout) => tell(),
                 Ok(()) | Err(RecvTimeoutError::Disconnected) => {
-                    return Ok(Ending::Ended(cpu_time(self.pid)));
+                    tell();
+                    return Ok(Ending::Ended);
                 }
             }
         }
@@ -88,8 +98,8 @@ impl Waiting {
     }
 }
 
-/// The CPU time of all threads of a child that has ended and was not waited for
-/// yet: what the sum over all children cannot tell, where many run at once.
+/// The CPU time of all threads of a child that was not waited for yet: what the sum
+/// over all children cannot tell, where many run at once.
 #[cfg(target_os = "linux")]
 fn cpu_time(pid: nix::unistd::Pid) -> Option<Duration> {
     let clock = nix::time::ClockId::pid_cpu_clock_id(pid).ok()?;
@@ -106,16 +116,17 @@ impl Waiting {
         }
     }
 
-    /// Waits; at most `limit` from the beginning on.
+    /// Waits; at most `limit` from the beginning on. CPU time is not told.
     pub fn ending(
         &self,
         child: &mut dyn ChildWrapper,
         limit: Duration,
         stop: impl Fn() -> bool,
+        _: impl Fn(Duration),
     ) -> io::Result<Ending> {
         loop {
             if child.try_wait()?.is_some() {
-                return Ok(Ending::Ended(None));
+                return Ok(Ending::Ended);
             }
             if stop() {
                 return Ok(Ending::Stopped);
