@@ -12,7 +12,7 @@ use crate::film::{Film, FilmErrors, FrameState, NamedFile, ObjectState};
 use crate::influence::parts;
 use crate::motion::screen_box;
 use crate::objects::{Cache, Library, ObjectError, content_hash};
-use crate::plan::{BLOCK, BlockSet, gathered};
+use crate::plan::{BLOCK, BlockSet, Mode, Wishes, gathered};
 use crate::silhouette::silhouette;
 
 /// The side of the smallest blocks that are worth it. Each block costs a renderer
@@ -62,6 +62,7 @@ pub struct Stage {
     props: Arc<Props>,
     /// The first and last frame of all, where that is known.
     span: Option<(u32, u32)>,
+    is_ever_shaded: OnceLock<bool>,
 }
 
 /// What a film names. The scenes of a stream share it.
@@ -143,6 +144,7 @@ impl Stage {
                 surroundings,
             }),
             span,
+            is_ever_shaded: OnceLock::new(),
         })
     }
 
@@ -169,6 +171,7 @@ impl Stage {
                 adapter,
                 props: Arc::clone(&before.props),
                 span,
+                is_ever_shaded: OnceLock::new(),
             },
             _ => Self::set(film, adapter, allow_outside, cache, run)?,
         };
@@ -250,10 +253,20 @@ impl Stage {
 
     /// The side of the blocks that are drawn again: the smaller, the fewer pixels
     /// beside those that change. With antialiasing pixels of a block depend on each
-    /// other: it is the renderer's own.
-    pub fn block_side(&self) -> u32 {
+    /// other: it is the renderer's own. Under shadows, too, where frames are to be the
+    /// renderer's own: POV-Ray remembers what was in the way of the last ray to a
+    /// light, and asks it first, with less tolerance. So a pixel that a surface all but
+    /// shades itself can depend on the pixel before it, and that is another one in
+    /// blocks of another side: seen in 5 of 230 random scenes, one pixel each.
+    pub fn block_side(&self, wishes: &Wishes) -> u32 {
         let can = self.adapter.abilities();
-        if can.block_mask && self.antialias().is_none() {
+        let is_own = match wishes.mode {
+            Mode::Exact | Mode::Full => true,
+            Mode::Equivalent => wishes.threshold_px == 0.0,
+            Mode::Preview => false,
+        };
+        let depends = self.antialias().is_some() || is_own && self.is_ever_shaded();
+        if can.block_mask && !depends {
             can.finest_block.clamp(FINEST, BLOCK)
         } else {
             BLOCK
@@ -261,8 +274,16 @@ impl Stage {
     }
 
     /// No block.
-    pub fn no_blocks(&self) -> BlockSet {
-        BlockSet::none(self.size(), self.block_side())
+    pub fn no_blocks(&self, wishes: &Wishes) -> BlockSet {
+        BlockSet::none(self.size(), self.block_side(wishes))
+    }
+
+    /// Do shadows fall in any frame?
+    fn is_ever_shaded(&self) -> bool {
+        *self.is_ever_shaded.get_or_init(|| {
+            let mut scenes = self.film.scene_numbers();
+            scenes.any(|number| self.has_shadows(&self.film.frame(number)))
+        })
     }
 
     /// What to ask the renderer for, to have some blocks: themselves, or windows

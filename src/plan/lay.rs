@@ -328,7 +328,7 @@ impl Maker<'_> {
             .any(|&number| {
                 let state = self.state(number);
                 let screens = Screens::of(self.stage, &state, &classes);
-                let (seen, all) = screens.seen(self.stage, &state, &classes);
+                let (seen, all) = screens.seen(self.stage, &state, &classes, self.wishes);
                 seen.pixels() < all.pixels()
             })
     }
@@ -410,7 +410,7 @@ impl Maker<'_> {
         way: Way,
     ) -> Option<FramePlan> {
         let size = self.stage.size();
-        let mut blocks = self.stage.no_blocks();
+        let mut blocks = self.stage.no_blocks(self.wishes);
         let mut merged: Vec<Window> = Vec::new();
         // Where nothing moves, mirrors show nothing new.
         let alive = classes
@@ -460,7 +460,7 @@ impl Maker<'_> {
             })
         } else if way == Way::ByDepth && !blocks.is_empty() {
             let screens = Screens::of(self.stage, state, classes);
-            let (seen, all) = screens.seen(self.stage, state, classes);
+            let (seen, all) = screens.seen(self.stage, state, classes, self.wishes);
             // A ball hides less than its box.
             const HIDES: f64 = 0.5;
             let hidden = HIDES * (all.pixels() - seen.pixels()) as f64;

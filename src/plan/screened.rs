@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use decor_api::{Bounds, Camera, Sphere};
 
-use super::BlockSet;
+use super::{BlockSet, Wishes};
 use crate::film::{FrameState, ObjectId};
 use crate::motion::screen_box;
 use crate::segmentation::Class;
@@ -51,16 +51,17 @@ impl Screens {
         stage: &Stage,
         state: &FrameState<'_>,
         classes: &HashMap<ObjectId, Class>,
+        wishes: &Wishes,
     ) -> (BlockSet, BlockSet) {
-        let (mut seen, mut all) = (stage.no_blocks(), stage.no_blocks());
+        let (mut seen, mut all) = (stage.no_blocks(wishes), stage.no_blocks(wishes));
         let is_fast = |id: &ObjectId| classes.get(id) == Some(&Class::Fast);
         for object in state.objects.iter().filter(|o| is_fast(&o.id)) {
-            let mut own = stage.no_blocks();
+            let mut own = stage.no_blocks(wishes);
             own.insert_all(stage.silhouette(object, &state.camera));
             all = all.union(&own);
             let bounds = stage.prototype(object).bounds.posed(&object.pose);
             if let Some(ball) = bounds.as_sphere() {
-                own = own.without(&self.before(ball, &state.camera, stage.no_blocks()));
+                own = own.without(&self.before(ball, &state.camera, stage.no_blocks(wishes)));
             }
             seen = seen.union(&own);
         }

@@ -37,7 +37,8 @@ impl Execution<'_> {
                     return false;
                 };
                 let window = self.stage.window(object, &state.camera);
-                let before = screens.before(ball, &state.camera, self.stage.no_blocks());
+                let before =
+                    screens.before(ball, &state.camera, self.stage.no_blocks(&self.plan.wishes));
                 !window.is_empty() && before.contains(window)
             })
     }

@@ -48,7 +48,7 @@ impl Execution<'_> {
     ) -> (BlockSet, Option<Mask>) {
         let size = self.stage.size();
         match &period.frames[(number - period.start) as usize] {
-            FramePlan::Whole => (self.stage.no_blocks(), None),
+            FramePlan::Whole => (self.stage.no_blocks(&self.plan.wishes), None),
             FramePlan::Layered {
                 blocks,
                 shadows: None,
@@ -66,7 +66,7 @@ impl Execution<'_> {
                     Some((found, mask)) => (found.union(blocks), mask),
                     // Not certain is everything.
                     None => {
-                        let mut all = self.stage.no_blocks();
+                        let mut all = self.stage.no_blocks(&self.plan.wishes);
                         all.insert(size.window());
                         (all, None)
                     }
@@ -107,7 +107,7 @@ impl Execution<'_> {
             }
         }
         let antialiased = state.antialias.is_some();
-        let side = self.stage.block_side();
+        let side = self.stage.block_side(&self.plan.wishes);
         let still = Still {
             camera: &view.camera,
             size,
@@ -133,7 +133,7 @@ impl Execution<'_> {
                 Some((mask.blocks_around(side, around, None), None))
             }
             Influence::Confined(mask) if shadows.by_map => {
-                Some((self.stage.no_blocks(), Some(mask)))
+                Some((self.stage.no_blocks(&self.plan.wishes), Some(mask)))
             }
             Influence::Confined(mask) => {
                 // Surfaces may have moved since their depth was measured.

@@ -221,7 +221,7 @@ impl Execution<'_> {
         new: &Shown,
     ) -> Result<Option<Joint>, RenderError> {
         let (size, frame) = (self.stage.size(), state.number);
-        let mut blocks = self.stage.no_blocks();
+        let mut blocks = self.stage.no_blocks(&self.plan.wishes);
         for object in &state.objects {
             if old.drawn.contains(&object.id) != new.drawn.contains(&object.id) {
                 blocks.insert_all(self.stage.silhouette(object, &state.camera));
