@@ -179,6 +179,7 @@ fn whole(
     let step = delivery.scene.frames.step;
     pool(
         frames,
+        &[],
         step,
         usize::MAX,
         pace,

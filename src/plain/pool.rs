@@ -38,6 +38,47 @@ impl Workers {
     }
 }
 
+/// How a pool is held while it runs.
+#[derive(Debug)]
+pub struct Reins {
+    is_short: AtomicBool,
+    is_halted: AtomicBool,
+    left: AtomicUsize,
+}
+
+impl Reins {
+    /// Parts are as short as they can be.
+    pub fn short() -> Self {
+        Self {
+            is_short: AtomicBool::new(true),
+            is_halted: AtomicBool::new(false),
+            left: AtomicUsize::new(usize::MAX),
+        }
+    }
+
+    /// Parts are as long as they like.
+    pub fn loosen(&self) {
+        self.is_short.store(false, Ordering::Relaxed);
+    }
+
+    /// No further part begins.
+    pub fn halt(&self) {
+        self.is_halted.store(true, Ordering::Relaxed);
+    }
+
+    /// So many frames have not begun.
+    pub fn left(&self) -> usize {
+        self.left.load(Ordering::Relaxed)
+    }
+
+    fn take(&self, queue: &mut Queue, pace: &Pace) -> Option<(u32, u32)> {
+        let short = self.is_short.load(Ordering::Relaxed);
+        let part = queue.take(pace, if short { pace.shortest() } else { usize::MAX });
+        self.left.store(queue.left(), Ordering::Relaxed);
+        part
+    }
+}
+
 /// What the workers of a pool share.
 struct State {
     queue: Queue,
@@ -47,33 +88,34 @@ struct State {
     failure: Option<RenderError>,
 }
 
-/// Renders frames in parts, from a first to a last one, in any order. Parts have
-/// `longest` frames at most; `work` gives how many frames are in their places. No
-/// part begins where `halt` is set.
+/// Renders frames in parts, from a first to a last one, in any order, but those in
+/// `before` one by one, and before all others. Parts have `longest` frames at most;
+/// `work` gives how many frames are in their places.
 ///
 /// # Errors
 /// The first thing that went wrong.
 #[expect(clippy::too_many_arguments, reason = "a pool has one caller a case")]
 pub fn pool(
     frames: &BTreeSet<u32>,
+    before: &[u32],
     step: u32,
     longest: usize,
     first: Pace,
     workers: Workers,
     run: &RunContext,
-    halt: Option<&AtomicBool>,
+    reins: Option<&Reins>,
     work: impl Fn(u32, u32) -> Result<u64, RenderError> + Sync,
 ) -> Result<(), RenderError> {
     let clock = Clock::start();
     let state = Mutex::new(State {
-        queue: Queue::new(frames, step).in_parts_of(longest),
+        queue: Queue::new(frames, before, step).in_parts_of(longest),
         pace: first,
         done: 0,
         failure: None,
     });
     let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
     let worker = |number: usize| {
-        let halted = || halt.is_some_and(|halt| halt.load(Ordering::Relaxed));
+        let halted = || reins.is_some_and(|reins| reins.is_halted.load(Ordering::Relaxed));
         while !run.is_cancelled() && !halted() {
             let part = {
                 let mut state = lock();
@@ -82,7 +124,10 @@ pub fn pool(
                 }
                 if number < state.pace.processes {
                     let pace = state.pace;
-                    state.queue.take(&pace)
+                    match reins {
+                        Some(reins) => reins.take(&mut state.queue, &pace),
+                        None => state.queue.take(&pace, usize::MAX),
+                    }
                 } else {
                     None
                 }
@@ -157,38 +202,69 @@ pub fn side_by_side<T: Sync, R: Send, E: Send>(
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
-    use std::sync::Arc;
 
     use super::*;
 
+    fn run() -> RunContext {
+        RunContext::new(PathBuf::new())
+    }
+
+    const ALONE: Workers = Workers {
+        stated: Some(1),
+        most: 1,
+        cores: 1,
+    };
+
     #[test]
     fn a_halted_pool_begins_nothing_more() {
-        let run = RunContext {
-            work: PathBuf::new(),
-            keep: false,
-            timeout: Duration::from_secs(1),
-            threads: None,
-            cancel: Arc::default(),
-            tally: Arc::default(),
-        };
-        let workers = Workers {
-            stated: Some(1),
-            most: 1,
-            cores: 1,
-        };
-        let pace = Pace::of(Some(1.0), &workers);
+        let pace = Pace::of(Some(1.0), &ALONE);
         let frames: BTreeSet<u32> = (1..=50).collect();
         let rendered = |halted_after: usize| {
-            let (halt, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
+            let (reins, parts) = (Reins::short(), AtomicUsize::new(0));
             let work = |first, last| {
-                let before = parts.fetch_add(1, Ordering::Relaxed);
-                halt.store(before + 1 == halted_after, Ordering::Relaxed);
+                if parts.fetch_add(1, Ordering::Relaxed) + 1 == halted_after {
+                    reins.halt();
+                }
                 Ok(u64::from(last - first + 1_u32))
             };
-            pool(&frames, 1, 1, pace, workers, &run, Some(&halt), work).unwrap();
+            let reins = Some(&reins);
+            pool(&frames, &[], 1, 1, pace, ALONE, &run(), reins, work).unwrap();
             parts.into_inner()
         };
         assert_eq!((rendered(3), rendered(0)), (3, 50));
+    }
+
+    #[test]
+    fn parts_are_short_until_they_are_loosened() {
+        // Frames that cost nothing come in eights.
+        let pace = Pace::of(Some(0.0), &ALONE);
+        let frames: BTreeSet<u32> = (1..=200).collect();
+        let (reins, parts) = (Reins::short(), Mutex::new(Vec::new()));
+        let work = |first, last| {
+            let mut parts = parts.lock().unwrap();
+            parts.push((first, last));
+            if parts.len() == 4 {
+                assert_eq!(reins.left(), 182);
+                reins.loosen();
+            }
+            Ok(u64::from(last - first + 1_u32))
+        };
+        let before = [1, 101];
+        pool(
+            &frames,
+            &before,
+            1,
+            99,
+            pace,
+            ALONE,
+            &run(),
+            Some(&reins),
+            work,
+        )
+        .unwrap();
+        let parts = parts.into_inner().unwrap();
+        assert_eq!(parts[..4], [(1, 1), (101, 101), (2, 9), (10, 17)]);
+        assert!(parts[4].1 - parts[4].0 > 8, "{parts:?}");
     }
 
     #[test]

@@ -25,16 +25,20 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// These frames, from one to the next `step`.
-    pub fn new(wanted: &BTreeSet<u32>, step: u32) -> Self {
+    /// These frames, from one to the next `step`; those in `before` come first, one
+    /// by one.
+    pub fn new(wanted: &BTreeSet<u32>, before: &[u32], step: u32) -> Self {
         let mut runs: VecDeque<VecDeque<u32>> = VecDeque::new();
-        for &frame in wanted {
+        for &frame in wanted.iter().filter(|frame| !before.contains(frame)) {
             match runs.back_mut() {
                 Some(run) if run.back().is_some_and(|last| frame - last == step) => {
                     run.push_back(frame);
                 }
                 _ => runs.push_back(VecDeque::from([frame])),
             }
+        }
+        for &frame in before.iter().rev().filter(|frame| wanted.contains(frame)) {
+            runs.push_front(VecDeque::from([frame]));
         }
         Self {
             runs,
@@ -55,8 +59,13 @@ impl Queue {
         self.left == 0
     }
 
-    /// The first and the last frame of the next part.
-    pub fn take(&mut self, pace: &Pace) -> Option<(u32, u32)> {
+    /// So many are left.
+    pub fn left(&self) -> usize {
+        self.left
+    }
+
+    /// The first and the last frame of the next part, which has `most` at most.
+    pub fn take(&mut self, pace: &Pace, most: usize) -> Option<(u32, u32)> {
         let count = match pace.frame_cpu_s {
             None => 1,
             Some(cpu_s) => {
@@ -66,6 +75,7 @@ impl Queue {
                 share
                     .max(pace.shortest())
                     .min(self.longest)
+                    .min(most)
                     .min(by_time as usize)
             }
         };
@@ -85,8 +95,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn all_parts(wanted: &BTreeSet<u32>, step: u32, pace: &Pace) -> Vec<(u32, u32)> {
-        let mut queue = Queue::new(wanted, step);
-        let parts = std::iter::from_fn(|| queue.take(pace)).collect();
+        let mut queue = Queue::new(wanted, &[], step);
+        let parts = std::iter::from_fn(|| queue.take(pace, usize::MAX)).collect();
         assert!(queue.is_empty());
         parts
     }
@@ -120,6 +130,14 @@ mod tests {
         assert_eq!(length(Some(15.0)), 2);
         assert_eq!(length(Some(100.0)), 1);
         assert_eq!(length(None), 1);
+    }
+
+    #[test]
+    fn some_come_first() {
+        let mut queue = Queue::new(&(1..=6).collect(), &[1, 4, 9], 1);
+        let pace = pace(1, Some(0.01));
+        let parts: Vec<_> = std::iter::from_fn(|| queue.take(&pace, 2)).collect();
+        assert_eq!(parts, [(1, 1), (4, 4), (2, 3), (5, 6)]);
     }
 
     proptest! {

@@ -12,6 +12,7 @@ use decor_povray::plain::{Part, PlainScene};
 use decor_povray::unedited::{self, Blocks, Finished, FrameBoxes, Placed, Schedule, Traced};
 
 use super::Look;
+use super::beside::Promise;
 use super::masks::{Finding, Masks};
 use super::price::{Costs, Price};
 use crate::plain::delivery::Delivery;
@@ -46,6 +47,13 @@ impl Trial {
     pub fn blocks(&self, k: usize) -> Option<&PathBuf> {
         self.traced.get(k)?.blocks.first().map(|(_, file)| file)
     }
+
+    /// Nobody needs the state files any longer.
+    pub fn remove_blocks(&self) {
+        for (_, file) in self.traced.iter().flat_map(|traced| &traced.blocks) {
+            let _ = std::fs::remove_file(file);
+        }
+    }
 }
 
 /// What is said instead of a result: why the rest is rendered whole.
@@ -68,9 +76,33 @@ pub fn unless_copy_fails<T>(found: Result<T, RenderError>) -> Result<Found<T>, R
 }
 
 impl Film<'_> {
-    /// Renders the first and the middle frame whole.
+    /// The first frame and the middle one.
+    pub fn first_frames(&self) -> [usize; 2] {
+        [0, self.frames.len() / 2]
+    }
+
+    /// From now on the film has only the frames of the trial and those that were not
+    /// handed over.
+    pub fn forget_given(&mut self, trial: &mut Trial, promise: &mut Promise) {
+        let first = trial.frames.map(|frame| self.frames[frame]);
+        let stays: Vec<bool> = self
+            .frames
+            .iter()
+            .map(|frame| first.contains(frame) || !self.is_given(*frame))
+            .collect();
+        let mut all = stays.iter();
+        self.frames.retain(|_| all.next() == Some(&true));
+        if let Some(Found::This(boxes)) = &mut promise.boxes {
+            let mut all = stays.iter();
+            boxes.retain(|_| all.next() == Some(&true));
+        }
+        let place = |number| self.frames.iter().position(|frame| *frame == number);
+        trial.frames = first.map(|number| place(number).unwrap_or_default());
+    }
+
+    /// Renders them whole.
     pub fn trial(&self) -> Result<Trial, RenderError> {
-        let frames = [0, self.frames.len() / 2];
+        let frames = self.first_frames();
         let own = measured(self.run);
         let traced = side_by_side(&frames, self.workers.busy(), |at| {
             self.trace_one(self.frames[*at], &Finished::default(), None, &own)

@@ -3,17 +3,19 @@
 //!
 //! ```text
 //! text → Look (what moves; why not)
-//! two frames whole (film) → Costs: may it pay (price)?
-//! beside them: boxes, a sample of the middle frame's blocks: does it promise to?
-//!     (sounding)
-//! boxes → geometry, proxies (masks, purse) → the dirty blocks of each frame
+//! whole frames from the first moment on; what do two of them cost? (beside, price)
+//! beside them, where that is a little of the film: boxes, a sample of the middle
+//!     frame's blocks: does coherence promise to pay? (sounding)
+//! if so, no more whole frames: boxes → geometry, proxies (masks, purse) → the
+//!     dirty blocks of each frame that is left
 //! a frame both ways: the same? beside it: sources (frames that trace for others),
 //!     and then the rest (rest)
 //! ```
 //!
 //! At every step frames may turn out to be better rendered whole; then what is
-//! left is. The two frames are finished ones in any case.
+//! left is. Whole frames that were finished are finished ones in any case.
 
+mod beside;
 mod film;
 mod masks;
 mod price;
@@ -34,9 +36,10 @@ use super::delivery::Delivery;
 use super::pool::Workers;
 use super::{Done, workers};
 use crate::render::RenderError;
+use beside::Promise;
 use film::{Film, Found, Trial};
 use rest::Rest;
-use sounding::{Early, promises};
+use sounding::{USUAL, promises};
 
 pub use price::{Costs, Price};
 
@@ -100,7 +103,7 @@ pub fn render(
     let wanted = &delivery.options.wanted;
     let pixels = u64::from(delivery.scene.size.0) * u64::from(delivery.scene.size.1);
     let mut done = Done::default();
-    let film = Film {
+    let mut film = Film {
         povray,
         scene: delivery.scene,
         look,
@@ -120,11 +123,27 @@ pub fn render(
         done.whole_pixels = wanted.len() as u64 * pixels;
         return Ok(done);
     }
-    let (trial, early) = film.trial_and_sounding()?;
-    for (frame, file) in trial.traced.iter().flat_map(|traced| &traced.pictures) {
-        film.give(delivery, *frame, file)?;
-    }
-    let found = coherent(&film, delivery, &trial, early, always, &mut done)?;
+    let (mut trial, promise) = if always {
+        let trial = film.trial()?;
+        for (frame, file) in trial.traced.iter().flat_map(|traced| &traced.pictures) {
+            film.give(delivery, *frame, file)?;
+        }
+        let promise = Promise {
+            dirtier: USUAL.0,
+            boxes: None,
+        };
+        (trial, Found::This(promise))
+    } else {
+        film.whole_or_promise(delivery, &mut done)?
+    };
+    let found = match promise {
+        Found::This(mut promise) => {
+            film.forget_given(&mut trial, &mut promise);
+            coherent(&film, delivery, &trial, promise, always, &mut done)?
+        }
+        Found::Whole(reasons) => Found::Whole(reasons),
+    };
+    trial.remove_blocks();
     if let Found::Whole(reasons) = found {
         let left = wanted.iter().filter(|frame| !film.is_given(**frame));
         let left: BTreeSet<u32> = left.copied().collect();
@@ -138,25 +157,16 @@ pub fn render(
     Ok(done)
 }
 
-/// Renders what the trial did not, or says why it is better rendered whole.
+/// Renders what is left, or says why it is better rendered whole.
 fn coherent(
     film: &Film<'_>,
     delivery: &Delivery<'_>,
     trial: &Trial,
-    early: Early,
+    promise: Promise,
     always: bool,
     done: &mut Done,
 ) -> Result<Found<()>, RenderError> {
-    let left = film.frames.len() - trial.frames.len();
-    tracing::debug!(costs = ?trial.costs, "trial");
-    if !always && !price::may_pay(&trial.costs, left, &film.workers) {
-        return Ok(Found::Whole(vec![DEAR.into()]));
-    }
-    let dirtier = match film.sounded(delivery, trial, early.sounding, always, done)? {
-        Found::This(dirtier) => dirtier,
-        Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
-    };
-    let boxes = match early.boxes {
+    let boxes = match promise.boxes {
         Some(boxes) => boxes,
         None => film.boxes(&film.frames, film.run)?,
     };
@@ -170,11 +180,9 @@ fn coherent(
     };
     done.block_pixels += masks.pixels;
     done.dirty = Some(masks.share());
-    let plan = schedule(film.scene.grid(), &masks.dirty, &trial.frames, |frame| {
-        film.is_given(film.frames[frame])
-    });
+    let plan = schedule(film.scene.grid(), &masks.dirty, &trial.frames, |_| false);
     let stock = Price::of(plan.frames(), trial.costs.whole_s(), &film.workers);
-    let price = film.price(&trial.costs, &plan, dirtier);
+    let price = film.price(&trial.costs, &plan, promise.dirtier);
     tracing::debug!(
         dirty = masks.share(),
         traced = plan.traced(),

@@ -7,13 +7,13 @@ use super::super::pool::Workers;
 const TINY_FRAME_S: f64 = 0.016;
 
 /// A call of one frame of which nearly nothing is traced, in seconds of CPU.
-const SHORT_CALL_S: f64 = 0.045;
+pub const SHORT_CALL_S: f64 = 0.045;
 
 /// A sounding traces one of seven blocks twice, some of them dear ones.
 const SOUNDED: f64 = 0.3;
 
 /// A sounding may cost this share of the film.
-const RISK: f64 = 0.02;
+pub const RISK: f64 = 0.02;
 
 /// Wall time of a call before its first frame, nearly all of it sleep.
 pub const CALL_S: f64 = 0.5;

@@ -117,9 +117,6 @@ impl Rest<'_, '_> {
         let given = planned.filter(|(frame, _)| film.is_given(film.frames[*frame]));
         done.block_pixels += given.map(|(_, blocks)| film.pixels(blocks)).sum::<u64>();
         done.block_pixels += film.pixels(&self.masks.dirty[self.trial.frames[1]]);
-        for file in (0..self.trial.frames.len()).filter_map(|k| self.trial.blocks(k)) {
-            let _ = std::fs::remove_file(file);
-        }
         Ok(found)
     }
 
@@ -226,6 +223,7 @@ impl Rest<'_, '_> {
         let all = Blocks::all(film.scene.grid());
         pool(
             &frames,
+            &[],
             step,
             self.longest(),
             pace,

@@ -6,36 +6,30 @@
 //!
 //! It needs nothing of the frames that are rendered whole, so it is done beside
 //! them, and so is the question where everything is in all frames: POV-Ray sleeps
-//! most of that time. But it takes CPU, and whether frames are dear is not known
-//! yet. Known is how long they have taken so far: what is asked beside them may
-//! cost [`BESIDE`] of what the film takes if no frame takes longer than that.
+//! most of that time. But it takes CPU. So it begins where frames have taken so long
+//! already that it costs [`RISK`] of the film at most, or when the first ones have
+//! come and say so ([`price::may_pay`](super::price::may_pay)).
 
-use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use decor_api::RunContext;
+use decor_api::{AdapterError, RunContext};
 use decor_povray::plain::Part;
 use decor_povray::unedited::{Blocks, FrameBoxes, Traced, differing, only};
 
-use super::film::{Film, Found, Trial, add, measured, unless_copy_fails};
+use super::film::{Film, Found, add, measured, unless_copy_fails};
 use super::masks::{Finding, Sample};
-use super::price::{CALL_S, Costs, Price};
-use super::rest::depends;
-use super::{DEAR, Done};
-use crate::plain::delivery::Delivery;
-use crate::plain::pace::Pace;
-use crate::plain::pool::{Workers, pool};
+use super::price::{CALL_S, Costs, Price, RISK, SHORT_CALL_S};
+use crate::plain::pool::Workers;
 use crate::render::RenderError;
 
-/// What is asked beside the first frames may cost this share of the film.
-const BESIDE: f64 = 0.03;
-
-/// To ask for one frame costs a whole one at most: films have as many for one.
+/// To ask for one frame costs a whole one at most: shorter films wait for the first
+/// frames.
 const FRAMES_BESIDE: usize = 34;
 
 /// Between two looks at the clock.
-const TICK: Duration = Duration::from_millis(25);
+pub const TICK: Duration = Duration::from_millis(25);
 
 /// A group of frames has more dirty blocks than one of them.
 const GROUPED: f64 = 1.2;
@@ -46,14 +40,7 @@ const PROXIES: usize = 3;
 
 /// A dirty block costs so many average ones, which is taken for certain as if so
 /// many blocks had said it.
-const USUAL: (f64, f64) = (1.2, 4.0);
-
-/// So long a sounding takes on the clock, nearly all of it asleep: three calls.
-const SOUNDING_S: f64 = 2.2;
-
-/// Where it takes more than this share of the film, whole frames are rendered
-/// meanwhile.
-const IDLE: f64 = 0.04;
+pub const USUAL: (f64, f64) = (1.2, 4.0);
 
 /// What a sounding says.
 #[derive(Debug)]
@@ -81,31 +68,31 @@ impl Sounding {
         }
     }
 
-    /// A block that came out otherwise than in the whole frame.
-    pub fn unlike(&self, trial: &Trial) -> Result<Option<usize>, RenderError> {
-        let (Some((blocks, traced)), Some(whole)) = (&self.apart, trial.blocks(1)) else {
-            return Ok(None);
-        };
+    /// A block that came out otherwise than in the whole frame, whose state file
+    /// this is.
+    pub fn unlike(&self, whole: &Path) -> Result<Option<usize>, RenderError> {
         let mut found = None;
-        for (_, file) in &traced.blocks {
-            found = found.or(differing(whole, file, blocks)?.iter().next());
-            let _ = std::fs::remove_file(file);
+        if let Some((blocks, traced)) = &self.apart {
+            for (_, file) in &traced.blocks {
+                found = found.or(differing(whole, file, blocks)?.iter().next());
+                let _ = std::fs::remove_file(file);
+            }
         }
         Ok(found)
     }
 }
 
-/// What was found out beside the first frames, where that was done.
-#[derive(Default)]
-pub struct Early {
-    pub sounding: Option<Found<Sounding>>,
+/// What was found out beside whole frames.
+pub struct Asked {
+    pub sounding: Found<Sounding>,
+    /// Where everything is in all frames, where that was asked for.
     pub boxes: Option<Found<Vec<FrameBoxes>>>,
 }
 
-/// May be asked beside frames that have taken so long so far, where it takes so
-/// much CPU a frame?
-fn is_cheap(asked_s: f64, so_far: Duration) -> bool {
-    asked_s <= BESIDE * (so_far.as_secs_f64() - CALL_S)
+/// Does what takes so much CPU cost little of a film of so many frames, of which
+/// the first have not come after so long?
+fn is_cheap(cost_s: f64, frames: usize, so_far: Duration) -> bool {
+    cost_s <= RISK * frames as f64 * (so_far.as_secs_f64() - CALL_S)
 }
 
 /// Does coherence pay for so many frames of which this share is dirty, in blocks of
@@ -119,101 +106,11 @@ pub fn promises(costs: &Costs, share: f64, frames: usize, workers: &Workers) -> 
 }
 
 impl Film<'_> {
-    /// Is it worth while to look at all frames? In the end what a dirty block costs,
-    /// in average blocks. Short films are rendered whole meanwhile.
-    pub fn sounded(
-        &self,
-        delivery: &Delivery<'_>,
-        trial: &Trial,
-        early: Option<Found<Sounding>>,
-        always: bool,
-        done: &mut Done,
-    ) -> Result<Found<f64>, RenderError> {
-        let left = self.frames.len() - trial.frames.len();
-        let mut decide = |early: Option<Found<Sounding>>| {
-            let sounding = match early {
-                Some(known) => known,
-                None if always => return Ok(Found::This(USUAL.0)),
-                None => self.sounding()?,
-            };
-            let sounding = match sounding {
-                Found::This(sounding) => sounding,
-                Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
-            };
-            done.block_pixels += sounding.pixels;
-            done.dirty = Some(sounding.share);
-            if let Some(block) = sounding.unlike(trial)? {
-                return Ok(Found::Whole(vec![depends(block)]));
-            }
-            let dirtier = sounding.dirtier(&trial.costs);
-            let share = sounding.share * dirtier;
-            tracing::debug!(dirtier, "some blocks both ways");
-            if always || promises(&trial.costs, share, left, &self.workers) {
-                Ok(Found::This(dirtier))
-            } else {
-                Ok(Found::Whole(vec![DEAR.into()]))
-            }
-        };
-        let each_s = trial.costs.whole_s();
-        let stock = Price::of(left, each_s, &self.workers);
-        if always || early.is_some() || SOUNDING_S < IDLE * stock.wall_s {
-            return decide(early);
-        }
-        let halt = AtomicBool::new(false);
-        std::thread::scope(|scope| {
-            let sounding = scope.spawn(|| {
-                let found = decide(early);
-                // Where frames are rendered whole, they go on.
-                let go_on = matches!(found, Ok(Found::Whole(_)));
-                halt.store(!go_on, Ordering::Relaxed);
-                found
-            });
-            let meanwhile = self.meanwhile(delivery, each_s, &halt);
-            let found = sounding.join();
-            let found = found.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            meanwhile?;
-            found
-        })
-    }
-
-    /// Renders frames whole until it is told to halt.
-    fn meanwhile(
-        &self,
-        delivery: &Delivery<'_>,
-        each_s: f64,
-        halt: &AtomicBool,
-    ) -> Result<(), RenderError> {
-        let left = self.frames.iter().filter(|frame| !self.is_given(**frame));
-        let left: BTreeSet<u32> = left.copied().collect();
-        let pace = Pace::of(Some(each_s), &self.workers);
-        pool(
-            &left,
-            self.scene.frames.step,
-            pace.shortest(),
-            pace,
-            self.workers,
-            self.run,
-            Some(halt),
-            |first, last| {
-                let part = Part {
-                    first,
-                    last,
-                    threads: Some(1),
-                };
-                let files = self.scene.render(part, self.run)?;
-                for (frame, file) in &files {
-                    self.give(delivery, *frame, file)?;
-                }
-                Ok(files.len() as u64)
-            },
-        )
-    }
-
     /// Where everything is in the middle frame, and what a sample of its blocks
     /// says.
     pub fn sounding(&self) -> Result<Found<Sounding>, RenderError> {
         match self.boxes(&[self.middle()], self.run)? {
-            Found::This(boxes) => self.sampled(&boxes),
+            Found::This(boxes) => self.sampled(&boxes, self.run),
             Found::Whole(reasons) => Ok(Found::Whole(reasons)),
         }
     }
@@ -222,13 +119,17 @@ impl Film<'_> {
         self.frames[self.frames.len() / 2]
     }
 
-    fn sampled(&self, boxes: &[FrameBoxes]) -> Result<Found<Sounding>, RenderError> {
-        unless_copy_fails(self.sample(boxes))
+    fn sampled(
+        &self,
+        boxes: &[FrameBoxes],
+        run: &RunContext,
+    ) -> Result<Found<Sounding>, RenderError> {
+        unless_copy_fails(self.sample(boxes, run))
     }
 
-    fn sample(&self, boxes: &[FrameBoxes]) -> Result<Sounding, RenderError> {
+    fn sample(&self, boxes: &[FrameBoxes], run: &RunContext) -> Result<Sounding, RenderError> {
         let (finding, masks) =
-            Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
+            Finding::by_geometry(self.scene, self.look, boxes, self.workers, run);
         let Sample {
             share,
             touched,
@@ -242,7 +143,7 @@ impl Film<'_> {
                 last: self.middle(),
                 threads: None,
             };
-            let traced = self.scene.trace(part, &state, self.run)?;
+            let traced = self.scene.trace(part, &state, run)?;
             for (_, picture) in &traced.pictures {
                 let _ = std::fs::remove_file(picture);
             }
@@ -257,49 +158,58 @@ impl Film<'_> {
         })
     }
 
-    /// The trial, and what can be found out beside it.
-    pub fn trial_and_sounding(&self) -> Result<(Trial, Early), RenderError> {
-        if self.frames.len() < FRAMES_BESIDE {
-            return Ok((self.trial()?, Early::default()));
-        }
-        let over = AtomicBool::new(false);
-        std::thread::scope(|scope| {
-            let beside = scope.spawn(|| self.beside(&over));
-            let trial = self.trial();
-            over.store(true, Ordering::Relaxed);
-            let early = beside.join();
-            let early = early.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            Ok((trial?, early?))
-        })
-    }
-
-    fn beside(&self, over: &AtomicBool) -> Result<Early, RenderError> {
+    /// Looks at the middle frame, and at all others where that costs little; when
+    /// frames have taken long enough, or are `known` to.
+    ///
+    /// # Errors
+    /// [`AdapterError::Cancelled`] where `run` was stopped, and what goes wrong with
+    /// POV-Ray.
+    pub fn look(&self, known: &OnceLock<Costs>, run: &RunContext) -> Result<Asked, RenderError> {
         let began = Instant::now();
-        let mut early = Early::default();
-        let own: RunContext = measured(self.run);
+        let count = self.frames.len();
+        let beside = count >= FRAMES_BESIDE;
+        let wait_until_cheap = |cost_s: f64| {
+            while known.get().is_none() && !(beside && is_cheap(cost_s, count, began.elapsed())) {
+                if run.is_cancelled() {
+                    return Err(AdapterError::Cancelled);
+                }
+                std::thread::sleep(TICK);
+            }
+            Ok(())
+        };
+        wait_until_cheap(2.0 * SHORT_CALL_S)?;
+        let own: RunContext = measured(run);
         let middle = self.boxes(&[self.middle()], &own);
-        add(&own, self.run);
+        add(&own, run);
         let middle = match middle? {
             Found::This(boxes) => boxes,
             Found::Whole(reasons) => {
-                early.sounding = Some(Found::Whole(reasons));
-                return Ok(early);
+                return Ok(Asked {
+                    sounding: Found::Whole(reasons),
+                    boxes: None,
+                });
             }
         };
-        let asked_s = own.tally.cpu().as_secs_f64();
-        let done = || over.load(Ordering::Relaxed) || self.run.is_cancelled();
-        while !done() && !is_cheap(asked_s, began.elapsed()) {
-            std::thread::sleep(TICK);
-        }
-        if done() {
-            return Ok(early);
-        }
+        let asked_s = count as f64 * own.tally.cpu().as_secs_f64();
+        wait_until_cheap(asked_s)?;
+        let all = match known.get() {
+            Some(costs) => {
+                let film_s = count as f64 * costs.whole_s();
+                costs.sounding_s() + asked_s <= RISK * film_s
+            }
+            None => true,
+        };
         std::thread::scope(|scope| {
-            let all = scope.spawn(|| self.boxes(&self.frames, self.run));
-            early.sounding = Some(self.sampled(&middle)?);
-            let all = all.join();
-            early.boxes = Some(all.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
-            Ok(early)
+            let all = all.then(|| scope.spawn(|| self.boxes(&self.frames, run)));
+            let sounding = self.sampled(&middle, run)?;
+            let all = all.map(|all| {
+                let boxes = all.join();
+                boxes.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            });
+            Ok(Asked {
+                sounding,
+                boxes: all.transpose()?,
+            })
         })
     }
 }
@@ -383,11 +293,11 @@ mod tests {
     #[test]
     fn what_is_asked_beside_costs_little_of_the_film() {
         let after = |seconds| Duration::from_secs_f64(CALL_S + seconds);
-        assert!(is_cheap(0.02, after(1.0)));
-        assert!(!is_cheap(0.02, after(0.5)), "frames may be light");
-        assert!(!is_cheap(0.5, after(5.0)), "it takes long to read");
-        assert!(!is_cheap(0.02, Duration::ZERO));
+        assert!(is_cheap(1.0, 50, after(1.0)));
+        assert!(!is_cheap(1.0, 50, after(0.9)), "frames may be light");
+        assert!(!is_cheap(1.0, 40, after(1.0)), "they are few");
+        assert!(!is_cheap(0.02, 50, Duration::ZERO));
         // One frame is asked for in any case.
-        assert!(1.0 / FRAMES_BESIDE as f64 <= BESIDE);
+        assert!(1.0 / FRAMES_BESIDE as f64 <= 1.5 * RISK);
     }
 }
