@@ -11,7 +11,10 @@ const SIZE: Size = Size {
     width: 320,
     height: 240,
 };
-const GRID: Grid = Grid { size: SIZE };
+const GRID: Grid = Grid {
+    size: SIZE,
+    side: 32,
+};
 
 fn statement(kind: &str, moves: bool, bends: bool) -> Statement {
     Statement {

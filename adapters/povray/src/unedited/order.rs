@@ -26,6 +26,7 @@ use super::mixed::mixed;
 use super::source::Sources;
 use crate::PovRay;
 use crate::call::LayerSource;
+use crate::state::BLOCK;
 use crate::plain::{Order, PlainScene};
 use crate::tokens::{Kind, tokens};
 
@@ -42,12 +43,38 @@ const WORDS: &[(&str, &str)] = &[
     ),
 ];
 
+/// The side of a block, in pixels, where POV-Ray is told nothing.
+pub(super) const USUAL: u32 = BLOCK;
+
+/// … and where a pixel does not depend on the block it is in: the smaller, the
+/// fewer pixels are traced beside those that change. A block costs about 300 bytes
+/// of a state file and 15 µs. Empty pictures of 1024² took 0.08 s of CPU at a side
+/// of 32, 0.10 at 16, 0.12 at 8 and 0.17 at 4.
+const FINE: u32 = 8;
+
+/// Method 2 traces the corners along a block's right and lower sides anew: 6 % more
+/// of them at 16, 19 % at 8.
+const FINE_CORNERS: u32 = 16;
+
 impl PlainScene {
     /// Its blocks.
     pub fn grid(&self) -> Grid {
         let (width, height) = self.size;
         Grid {
             size: Size { width, height },
+            side: match self.sampling() {
+                Sampling::Once => FINE,
+                Sampling::Corners => FINE_CORNERS,
+                Sampling::Neighbours => USUAL,
+            },
+        }
+    }
+
+    /// The switches by which POV-Ray renders it in these blocks.
+    pub(super) fn in_blocks(&self) -> Vec<String> {
+        match self.grid().side {
+            USUAL => Vec::new(),
+            side => vec![format!("+BS{side}")],
         }
     }
 
