@@ -61,6 +61,8 @@ struct PlainSummary {
     in_order: Option<String>,
     /// Why the frames were rendered whole, in the mode exact.
     rendered_whole: Vec<String>,
+    /// Frames that show the same as others, and were not rendered.
+    frames_repeated: u64,
     /// The share of blocks that may change, where it was found out.
     dirty_blocks: Option<f64>,
     wall_s: f64,
@@ -254,6 +256,7 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
         }],
         in_order: in_order.map(str::to_owned),
         rendered_whole: done.whole,
+        frames_repeated: done.repeated,
         dirty_blocks: done.dirty,
         wall_s: clock.wall_s(),
         cpu_s: clock.cpu_s(),
@@ -280,6 +283,10 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
     if args.json {
         print_json(&summary)?;
     } else if !args.quiet {
+        if summary.frames_repeated > 0 {
+            let repeated = summary.frames_repeated;
+            eprintln!("decor: {repeated} frames show the same as others");
+        }
         for reason in &summary.rendered_whole {
             eprintln!("decor: rendered whole: {reason}");
         }

@@ -63,6 +63,8 @@ struct ExplainPlain {
     rendered_whole: bool,
     moving: usize,
     still: usize,
+    /// Frames that show the same as earlier ones, and are not rendered.
+    frames_repeated: usize,
     /// Why geometry alone does not tell what is touched.
     proxies_only: Vec<String>,
 }
@@ -108,11 +110,14 @@ pub fn explain(
     let moves = moving(&look);
     let mut refusals = look.whole.clone();
     let mut places = Vec::new();
+    let work = WorkFolder::new(None)?;
+    let mut run = RunContext::new(&work.path);
+    run.timeout = film.timeout();
+    run.cancel = cancelled_by_ctrl_c();
+    let all = scene.frames.numbers().collect();
+    let repeated = look.repeated(&povray, &scene, &all, &run)?;
+    let repeated: usize = repeated.values().map(Vec::len).sum();
     if let (Some(n), true) = (frame, refusals.is_empty()) {
-        let work = WorkFolder::new(None)?;
-        let mut run = RunContext::new(&work.path);
-        run.timeout = film.timeout();
-        run.cancel = cancelled_by_ctrl_c();
         let (sources, analysis) = (&look.sources, &look.analysis);
         let boxes = unedited::boxes(&povray, &scene, sources, analysis, (n, n), &run)?;
         refusals.extend(boxes.whole);
@@ -157,6 +162,7 @@ pub fn explain(
             rendered_whole: !refusals.is_empty(),
             moving: moves.len(),
             still: look.analysis.statements.len() - moves.len(),
+            frames_repeated: repeated,
             proxies_only,
         })?;
         return Ok(Status::Done);
@@ -178,5 +184,9 @@ pub fn explain(
     }
     let still = look.analysis.statements.len() - moves.len();
     say!("{} statements move, {still} do not", moves.len());
+    if repeated > 0 {
+        let count = scene.frames.numbers().count();
+        say!("{repeated} of {count} frames show the same as earlier ones");
+    }
     Ok(Status::Done)
 }

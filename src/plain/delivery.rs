@@ -1,5 +1,6 @@
 //! Puts finished frames where they belong.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use decor_api::{AdapterError, RunContext};
@@ -15,6 +16,8 @@ pub struct Delivery<'a> {
     pub scene: &'a PlainScene,
     pub options: &'a Options,
     pub watch: Watch<'a>,
+    /// Frames that others show too, and these.
+    pub repeated: &'a BTreeMap<u32, Vec<u32>>,
 }
 
 impl Delivery<'_> {
@@ -32,6 +35,11 @@ impl Delivery<'_> {
     pub fn hand_over(&self, frame: u32, file: &Path) -> Result<(), RenderError> {
         if self.options.wanted.contains(&frame) {
             let place = self.options.out.join(self.scene.name(frame));
+            for &later in self.repeated.get(&frame).into_iter().flatten() {
+                let place = self.options.out.join(self.scene.name(later));
+                write_safely(&place, &read(file)?)?;
+                (self.watch)(later, &place);
+            }
             self.deliver(file, &place)?;
             (self.watch)(frame, &place);
         }
@@ -50,13 +58,16 @@ impl Delivery<'_> {
             return Ok(());
         }
         // Another file system, or a picture that stays: a copy.
-        let bytes = std::fs::read(file).map_err(|source| AdapterError::BadOutput {
-            program: "povray".into(),
-            file: file.to_owned(),
-            reason: source.to_string(),
-        })?;
-        Ok(write_safely(place, &bytes)?)
+        Ok(write_safely(place, &read(file)?)?)
     }
+}
+
+fn read(file: &Path) -> Result<Vec<u8>, AdapterError> {
+    std::fs::read(file).map_err(|source| AdapterError::BadOutput {
+        program: "povray".into(),
+        file: file.to_owned(),
+        reason: source.to_string(),
+    })
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

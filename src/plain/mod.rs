@@ -12,7 +12,7 @@ mod pace;
 mod pool;
 mod queue;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -79,6 +79,8 @@ pub struct Done {
     pub block_pixels: u64,
     /// The share of blocks that may change, where it was found out.
     pub dirty: Option<f64>,
+    /// Frames that show the same as others, and were not rendered.
+    pub repeated: u64,
     /// Why frames were rendered whole, if they were.
     pub whole: Vec<String>,
 }
@@ -122,6 +124,7 @@ pub fn render(
         scene,
         options,
         watch,
+        repeated: &BTreeMap::new(),
     };
     let chained = scene.order != Order::Free;
     let mut done = Done::default();

@@ -14,6 +14,7 @@ mod hostile;
 mod random;
 mod random_scene;
 mod refusals;
+mod steps;
 #[path = "../common/stock.rs"]
 mod stock;
 mod trial;

@@ -152,9 +152,7 @@ impl<'a> Block<'a> {
         for y in part.y..part.bottom() {
             let row = (y - self.window.y) as usize * self.window.width as usize;
             let from = 4 * CHANNELS * (row + (part.x - self.window.x) as usize);
-            pixels.extend_from_slice(
-                &self.pixels[from..from + 4 * CHANNELS * part.width as usize],
-            );
+            pixels.extend_from_slice(&self.pixels[from..from + 4 * CHANNELS * part.width as usize]);
         }
         record(id, part, &pixels)
     }

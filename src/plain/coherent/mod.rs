@@ -23,14 +23,14 @@ mod purse;
 mod rest;
 mod sounding;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use decor_api::{AdapterError, RunContext};
 use decor_povray::PovRay;
 use decor_povray::plain::PlainScene;
-use decor_povray::unedited::{self, Analysis, Refusal, Sources, schedule};
+use decor_povray::unedited::{self, Analysis, Refusal, Sources, Steps, schedule};
 
 use super::delivery::Delivery;
 use super::pool::Workers;
@@ -52,6 +52,8 @@ pub struct Look {
     pub analysis: Analysis,
     /// Why all frames are rendered whole; empty: they need not be.
     pub whole: Vec<Refusal>,
+    /// What the clock says, where nothing else tells frames apart.
+    steps: Option<Steps>,
 }
 
 impl Look {
@@ -64,6 +66,7 @@ impl Look {
         let options = unedited::Options::of(scene);
         let analysis = unedited::analyse(&sources, &options);
         let mut whole = scene.refusals(povray, &sources);
+        let steps = analysis.steps.clone().filter(|_| whole.is_empty());
         for refusal in &analysis.whole {
             if !whole.contains(refusal) {
                 whole.push(refusal.clone());
@@ -73,7 +76,25 @@ impl Look {
             sources,
             analysis,
             whole,
+            steps,
         })
+    }
+
+    /// Frames that show the same as an earlier one of these: that one, and them.
+    ///
+    /// # Errors
+    /// What goes wrong with POV-Ray.
+    pub fn repeated(
+        &self,
+        povray: &PovRay,
+        scene: &PlainScene,
+        frames: &BTreeSet<u32>,
+        run: &RunContext,
+    ) -> Result<BTreeMap<u32, Vec<u32>>, AdapterError> {
+        match &self.steps {
+            Some(steps) => steps.repeated(povray, scene, frames, run),
+            None => Ok(BTreeMap::new()),
+        }
     }
 }
 
@@ -100,9 +121,18 @@ pub fn render(
     always: bool,
     run: &RunContext,
 ) -> Result<Done, RenderError> {
-    let wanted = &delivery.options.wanted;
+    let repeated = look.repeated(povray, delivery.scene, &delivery.options.wanted, run)?;
+    let later: BTreeSet<u32> = repeated.values().flatten().copied().collect();
+    let delivery = &Delivery {
+        repeated: &repeated,
+        ..*delivery
+    };
+    let wanted = &(&delivery.options.wanted - &later);
     let pixels = u64::from(delivery.scene.size.0) * u64::from(delivery.scene.size.1);
-    let mut done = Done::default();
+    let mut done = Done {
+        repeated: later.len() as u64,
+        ..Done::default()
+    };
     let mut film = Film {
         povray,
         scene: delivery.scene,

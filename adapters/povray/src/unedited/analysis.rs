@@ -8,6 +8,7 @@ use super::outline::Outline;
 use super::placing::Placing;
 use super::refuse;
 use super::source::{Edit, Sources};
+use super::steps::Steps;
 use super::taint::Taint;
 use super::values::{is_global, is_object};
 use crate::plain::{Order, PlainScene};
@@ -99,6 +100,8 @@ pub struct Analysis {
     pub statements: Vec<Statement>,
     /// Why all frames are rendered whole; empty: they need not be.
     pub whole: Vec<Refusal>,
+    /// What the clock says, where frames are made of nothing else that differs.
+    pub steps: Option<Steps>,
     /// Why only POV-Ray's own proxies say what is touched, not geometry
     /// (lights that are no points, cameras that are not plain…).
     pub proxies_only: Vec<Refusal>,
@@ -187,6 +190,7 @@ pub fn analyse(sources: &Sources, options: &Options) -> Analysis {
         raws: &raws,
         statements: &statements,
     };
+    let steps = Steps::of(&outline).filter(|_| whole.is_empty() && scene.is_certain());
     whole.extend(scene.whole());
     whole.sort();
     whole.dedup();
@@ -197,6 +201,7 @@ pub fn analyse(sources: &Sources, options: &Options) -> Analysis {
     Analysis {
         statements,
         whole,
+        steps,
         proxies_only,
         prefix: sources.prefix.clone(),
         hiding: edits.hiding,

@@ -7,6 +7,7 @@
 //! PlainScene → Sources (source: the scene and its includes)
 //!            → Analysis (lex, outline, placing, taint, refuse: what moves)
 //!            → Boxes (instrument, boxes: where POV-Ray says that they are)
+//!            → Steps (frames that show the same)
 //! ```
 //!
 //! About the pixels:
@@ -40,6 +41,7 @@ mod placing;
 mod proxy;
 mod refuse;
 mod source;
+mod steps;
 mod taint;
 mod values;
 mod view;
@@ -53,4 +55,5 @@ pub use hulls::Hulls;
 pub use keys::{Schedule, schedule};
 pub use proxy::Proxy;
 pub use source::{Copy, Edit, SourceFile, Sources};
+pub use steps::Steps;
 pub use view::View;

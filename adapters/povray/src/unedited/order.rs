@@ -26,8 +26,8 @@ use super::mixed::mixed;
 use super::source::Sources;
 use crate::PovRay;
 use crate::call::LayerSource;
-use crate::state::BLOCK;
 use crate::plain::{Order, PlainScene};
+use crate::state::BLOCK;
 use crate::tokens::{Kind, tokens};
 
 /// Words that draw random numbers, or remember.

@@ -97,6 +97,14 @@ impl<'a> Scene<'_, 'a> {
         found
     }
 
+    /// Does nothing stand against it but that what moves is the camera, a light…?
+    /// Then two frames of which the clock says the same are the same.
+    pub fn is_certain(&self) -> bool {
+        [self.structure(), self.words(), self.unsteady()]
+            .iter()
+            .all(Vec::is_empty)
+    }
+
     /// The first place where a word is used.
     fn first(&self, word: &str) -> Option<(usize, usize)> {
         let mut units = self

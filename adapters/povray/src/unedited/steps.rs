@@ -1,0 +1,605 @@
+//! Frames that show the same because all that the clock says in them is the same:
+//! pauses, and motion in steps.
+//!
+//! The clock and the number of the frame come into a scene through expressions. Where
+//! each of them stands within brackets that hold nothing else but numbers and them
+//! (`floor(clock * 4)`, `min(clock, 0.5)`, `(clock > 0.3)`), the scene depends on
+//! the values of these expressions alone: two frames in which all of them are equal
+//! are one scene, and one picture. A single clock outside of such brackets, and no two
+//! frames are called equal.
+//!
+//! Here expressions are found, and reckoned, to know whether it is worth while to
+//! ask. Whether values are equal POV-Ray itself says, in one call: its arithmetic
+//! need not be ours to the last digit.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::fmt::Write as _;
+
+use decor_api::process::ProcessCall;
+use decor_api::{AdapterError, RunContext};
+
+use super::lex::{Kind, Token};
+use super::outline::{Outline, Tokens};
+use crate::number::number;
+use crate::plain::PlainScene;
+use crate::{PovRay, patiently};
+
+/// More values are not asked for.
+const MOST_VALUES: usize = 20_000;
+
+/// Of so many frames one is a repetition, or it is not worth while to ask.
+const WORTH: usize = 20;
+
+/// What the clock says: expressions of which a scene is a function.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Steps {
+    /// In POV-Ray's language; the clock is `C_`, the number of the frame `F_`.
+    expressions: Vec<(String, Expression)>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Expression {
+    Number(f64),
+    Clock,
+    Frame,
+    Call(&'static str, Vec<Expression>),
+}
+
+/// Functions of numbers, and how many they take at least and at most.
+const FUNCTIONS: &[(&str, usize, usize)] = &[
+    ("abs", 1, 1),
+    ("ceil", 1, 1),
+    ("cos", 1, 1),
+    ("div", 2, 2),
+    ("exp", 1, 1),
+    ("floor", 1, 1),
+    ("int", 1, 1),
+    ("max", 2, 9),
+    ("min", 2, 9),
+    ("mod", 2, 2),
+    ("pow", 2, 2),
+    ("radians", 1, 1),
+    ("select", 3, 4),
+    ("sin", 1, 1),
+    ("sqrt", 1, 1),
+];
+
+impl Expression {
+    fn value(&self, clock: f64, frame: f64) -> f64 {
+        let (name, list) = match self {
+            Self::Number(number) => return *number,
+            Self::Clock => return clock,
+            Self::Frame => return frame,
+            Self::Call(name, list) => (*name, list),
+        };
+        let values: Vec<f64> = list.iter().map(|e| e.value(clock, frame)).collect();
+        let at = |k: usize| values.get(k).copied().unwrap_or(f64::NAN);
+        let (a, b) = (at(0), at(1));
+        let truth = |is: bool| f64::from(u8::from(is));
+        match name {
+            "abs" => a.abs(),
+            "ceil" => a.ceil(),
+            "cos" => a.cos(),
+            "div" => (a / b).trunc(),
+            "exp" => a.exp(),
+            "floor" => a.floor(),
+            "int" => a.trunc(),
+            "max" => values.iter().copied().fold(a, f64::max),
+            "min" => values.iter().copied().fold(a, f64::min),
+            "mod" => a % b,
+            "pow" => a.powf(b),
+            "radians" => a.to_radians(),
+            "select" if a < 0.0 => b,
+            "select" if values.len() == 3 || a == 0.0 => at(2),
+            "select" => at(3),
+            "sin" => a.sin(),
+            "sqrt" => a.sqrt(),
+            "+" => a + b,
+            "-" => a - b,
+            "*" => a * b,
+            "/" => a / b,
+            "<" => truth(a < b),
+            ">" => truth(a > b),
+            "<=" => truth(a <= b),
+            ">=" => truth(a >= b),
+            "=" => truth(a == b),
+            "&" => truth(a != 0.0 && b != 0.0),
+            "|" => truth(a != 0.0 || b != 0.0),
+            _ => f64::NAN,
+        }
+    }
+}
+
+/// Reads expressions of numbers and the clock.
+struct Reader<'t, 'a> {
+    list: &'t [Token<'a>],
+    at: usize,
+}
+
+impl Reader<'_, '_> {
+    fn mark(&mut self, marks: &[&'static str]) -> Option<&'static str> {
+        let token = self.list.get(self.at)?;
+        let found = marks.iter().find(|mark| token.is_mark(mark))?;
+        self.at += 1;
+        // Two marks may be one sign.
+        let follows = self
+            .list
+            .get(self.at)
+            .filter(|next| next.start == token.end);
+        match (*found, follows) {
+            ("<", Some(next)) if next.is_mark("=") => {
+                self.at += 1;
+                Some("<=")
+            }
+            (">", Some(next)) if next.is_mark("=") => {
+                self.at += 1;
+                Some(">=")
+            }
+            _ => Some(found),
+        }
+    }
+
+    fn chain(
+        &mut self,
+        marks: &[&'static str],
+        part: fn(&mut Self) -> Option<Expression>,
+    ) -> Option<Expression> {
+        let mut sum = part(self)?;
+        while let Some(mark) = self.mark(marks) {
+            sum = Expression::Call(mark, vec![sum, part(self)?]);
+        }
+        Some(sum)
+    }
+
+    fn whole(&mut self) -> Option<Expression> {
+        self.chain(&["&", "|"], Self::compared)
+    }
+
+    fn compared(&mut self) -> Option<Expression> {
+        self.chain(&["<", ">", "="], Self::sum)
+    }
+
+    fn sum(&mut self) -> Option<Expression> {
+        self.chain(&["+", "-"], Self::product)
+    }
+
+    fn product(&mut self) -> Option<Expression> {
+        self.chain(&["*", "/"], Self::factor)
+    }
+
+    fn factor(&mut self) -> Option<Expression> {
+        if self.mark(&["-"]).is_some() {
+            let zero = Expression::Number(0.0);
+            return Some(Expression::Call("-", vec![zero, self.factor()?]));
+        }
+        if self.mark(&["("]).is_some() {
+            let inner = self.whole()?;
+            self.mark(&[")"])?;
+            return Some(inner);
+        }
+        let token = self.list.get(self.at)?;
+        self.at += 1;
+        match (token.kind, token.text) {
+            (Kind::Number, text) => text.parse().ok().map(Expression::Number),
+            (Kind::Word, "clock") => Some(Expression::Clock),
+            (Kind::Word, "frame_number") => Some(Expression::Frame),
+            (Kind::Word, "pi") => Some(Expression::Number(std::f64::consts::PI)),
+            (Kind::Word, name) => {
+                let (name, least, most) = FUNCTIONS.iter().find(|(own, ..)| *own == name)?;
+                self.mark(&["("])?;
+                let mut list = vec![self.whole()?];
+                while self.mark(&[","]).is_some() {
+                    list.push(self.whole()?);
+                }
+                self.mark(&[")"])?;
+                let count = *least..=*most;
+                count
+                    .contains(&list.len())
+                    .then_some(Expression::Call(name, list))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// All of these tokens as one expression.
+fn read(list: &[Token<'_>]) -> Option<Expression> {
+    let mut reader = Reader { list, at: 0 };
+    let found = reader.whole()?;
+    (reader.at == list.len()).then_some(found)
+}
+
+/// The bracket around a token.
+fn around(tokens: &Tokens<'_>, mut at: usize) -> Option<usize> {
+    while at > 0 {
+        at -= 1;
+        let token = &tokens.list[at];
+        let partner = tokens.partner[at];
+        if token.kind == Kind::Mark && partner > at {
+            return Some(at);
+        }
+        at = partner.min(at);
+    }
+    None
+}
+
+/// Is a token within a function's body? It is not read as other expressions are.
+fn is_in_function(tokens: &Tokens<'_>, at: usize) -> bool {
+    let is_function = |at: usize| tokens.list[at].text == "function";
+    let mut at = at;
+    while let Some(open) = around(tokens, at) {
+        let before = open.checked_sub(1);
+        let before = before.map(|b| tokens.partner[b].min(b));
+        let begins = before.is_some_and(|b| is_function(b) || b > 0 && is_function(b - 1));
+        if begins {
+            return true;
+        }
+        at = open;
+    }
+    false
+}
+
+/// The largest expression in brackets around a token that is made of numbers and
+/// the clock alone.
+fn expression<'t, 'a>(tokens: &'t Tokens<'a>, at: usize) -> Option<(&'t [Token<'a>], Expression)> {
+    let mut found = None;
+    let mut inner = at;
+    while let Some(open) = around(tokens, inner) {
+        if !tokens.list[open].is_mark("(") {
+            break;
+        }
+        let end = tokens.partner[open] + 1;
+        let called = open
+            .checked_sub(1)
+            .filter(|before| tokens.list[*before].kind == Kind::Word);
+        let with_name = called.and_then(|name| Some((name, read(&tokens.list[name..end])?)));
+        let read = with_name.or_else(|| Some((open, read(&tokens.list[open..end])?)));
+        let Some((start, expression)) = read else {
+            break;
+        };
+        found = Some((&tokens.list[start..end], expression));
+        inner = start;
+    }
+    found
+}
+
+/// The text of an expression.
+fn text(list: &[Token<'_>]) -> String {
+    let mut text = String::new();
+    let mut end = None;
+    for token in list {
+        if end.is_some_and(|end| end != token.start) {
+            text.push(' ');
+        }
+        end = Some(token.end);
+        text.push_str(match (token.kind, token.text) {
+            (Kind::Word, "clock") => "C_",
+            (Kind::Word, "frame_number") => "F_",
+            (_, other) => other,
+        });
+    }
+    text
+}
+
+impl Steps {
+    /// The expressions of a scene; `None` where the clock stands elsewhere too.
+    pub(super) fn of(outline: &Outline<'_>) -> Option<Self> {
+        let declared = outline.assignments.iter().map(|a| a.name);
+        let params = outline
+            .units
+            .iter()
+            .flat_map(|unit| unit.params.iter().copied());
+        if declared.chain(params).any(|name| name == "frame_number") {
+            return None;
+        }
+        let mut expressions = BTreeMap::new();
+        for tokens in &outline.tokens {
+            for (at, token) in tokens.list.iter().enumerate() {
+                if token.kind != Kind::Word || !matches!(token.text, "clock" | "frame_number") {
+                    continue;
+                }
+                if is_in_function(tokens, at) {
+                    return None;
+                }
+                let (list, expression) = expression(tokens, at)?;
+                expressions.insert(text(list), expression);
+            }
+        }
+        Some(Self {
+            expressions: expressions.into_iter().collect(),
+        })
+    }
+
+    /// Frames that show the same as an earlier one: that one, and them.
+    ///
+    /// # Errors
+    /// [`AdapterError::Cancelled`], [`AdapterError::Io`], [`AdapterError::Start`].
+    pub fn repeated(
+        &self,
+        povray: &PovRay,
+        scene: &PlainScene,
+        frames: &BTreeSet<u32>,
+        run: &RunContext,
+    ) -> Result<BTreeMap<u32, Vec<u32>>, AdapterError> {
+        // What is drawn at random may not begin anew in each frame.
+        if scene.is_on("Dither") {
+            return Ok(BTreeMap::new());
+        }
+        let clocks: BTreeMap<u32, f32> = frames
+            .iter()
+            .filter_map(|frame| Some((*frame, clock(scene, *frame)?)))
+            .collect();
+        let reckoned = clocks.iter().map(|(frame, clock)| {
+            let values = self.expressions.iter().map(|(_, expression)| {
+                let value = expression.value(f64::from(*clock), f64::from(*frame));
+                value.to_bits()
+            });
+            (*frame, Some(values.collect::<Vec<u64>>()))
+        });
+        let repeated = groups(reckoned);
+        let count: usize = repeated.values().map(Vec::len).sum();
+        let values = clocks.len() * self.expressions.len();
+        let worth = count >= frames.len().div_ceil(WORTH).max(1);
+        if !worth || values > MOST_VALUES {
+            return Ok(BTreeMap::new());
+        }
+        let Some(said) = self.ask(povray, &clocks, run)? else {
+            return Ok(BTreeMap::new());
+        };
+        let lines: Vec<&str> = said.lines().collect();
+        if lines.len() != clocks.len() {
+            return Ok(BTreeMap::new());
+        }
+        let values = lines.into_iter().map(|line| {
+            let is_plain = |c: char| c.is_ascii_digit() || matches!(c, '-' | '.' | ' ');
+            let count = line.split_whitespace().count();
+            let known = count == self.expressions.len() && line.chars().all(is_plain);
+            known.then(|| line.to_owned())
+        });
+        Ok(groups(clocks.keys().copied().zip(values)))
+    }
+
+    /// The values of all expressions, a frame a line; `None` where POV-Ray does not
+    /// say.
+    fn ask(
+        &self,
+        povray: &PovRay,
+        clocks: &BTreeMap<u32, f32>,
+        run: &RunContext,
+    ) -> Result<Option<String>, AdapterError> {
+        let folder = tempfile::Builder::new()
+            .prefix("steps-")
+            .tempdir_in(&run.work)
+            .map_err(AdapterError::io(&run.work))?;
+        let file = folder.path().join("steps.pov");
+        std::fs::write(&file, self.question(clocks)).map_err(AdapterError::io(&file))?;
+        run.tally.add_call(0);
+        let call = ProcessCall {
+            program: povray.program(),
+            args: ["+Isteps.pov", "+W1", "+H1", "+Q0", "+WT1", "-F", "-D", "-V"]
+                .map(str::to_owned)
+                .to_vec(),
+            folder: folder.path(),
+            doing: "what the clock says".into(),
+            log: run.keep.then(|| run.work.join("steps.log")),
+        };
+        match patiently(|| call.run_well(run)) {
+            Ok(_) => {}
+            Err(AdapterError::Failed { .. } | AdapterError::TimedOut { .. }) => return Ok(None),
+            Err(other) => return Err(other),
+        }
+        Ok(std::fs::read_to_string(folder.path().join("steps.txt")).ok())
+    }
+
+    /// Thirty digits behind the point tell doubles from each other, but for very
+    /// small ones: these are said to be so.
+    fn question(&self, clocks: &BTreeMap<u32, f32>) -> String {
+        let mut question = String::from(
+            "\
+#version 3.7;
+#fopen Out_ \"steps.txt\" write
+#macro Tell_(V_)
+  #write(Out_, str(V_, 0, 30), \" \")
+  #if (((V_ < 0) | (V_ > 0)) & (abs(V_) < 1e-9)) #write(Out_, \"small \") #end
+#end
+#macro Frame_(C_, F_)
+",
+        );
+        for (text, _) in &self.expressions {
+            let _ = writeln!(question, "  Tell_({text})");
+        }
+        question.push_str("  #write(Out_, \"\\n\")\n#end\n");
+        for (frame, clock) in clocks {
+            let _ = writeln!(question, "Frame_({}, {frame})", number(f64::from(*clock)));
+        }
+        question.push_str("#fclose Out_\n");
+        question
+    }
+}
+
+/// Frames of equal values: the first, and the others. Without values a frame is
+/// like no other.
+fn groups<V: std::hash::Hash + Eq>(
+    frames: impl Iterator<Item = (u32, Option<V>)>,
+) -> BTreeMap<u32, Vec<u32>> {
+    let mut first: HashMap<V, u32> = HashMap::new();
+    let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (frame, values) in frames {
+        let Some(values) = values else { continue };
+        let leader = *first.entry(values).or_insert(frame);
+        if leader != frame {
+            groups.entry(leader).or_default().push(frame);
+        }
+    }
+    groups
+}
+
+/// The clock of a frame, by POV-Ray's own arithmetic: single precision in the end.
+/// A compiler may have divided otherwise, or may add and multiply at once; where that
+/// tells, nothing is known. Nor is it where numbers are wider than they say (x87).
+fn clock(scene: &PlainScene, frame: u32) -> Option<f32> {
+    let settings = scene.settings();
+    let initial = settings.whole("Initial_Frame").unwrap_or(1).max(0);
+    let last = settings.whole("Final_Frame").unwrap_or(1).max(initial);
+    let last = last.saturating_add(i32::from(settings.is_on("Cyclic_Animation")));
+    let from = settings.real("Initial_Clock").unwrap_or(0.0);
+    let to = settings.real("Final_Clock").unwrap_or(1.0);
+    let steps = f64::from(last) - f64::from(initial);
+    if steps <= 0.0 || cfg!(target_arch = "x86") {
+        return None;
+    }
+    let number = f64::from(frame) - f64::from(initial);
+    let range = f64::from(to - from);
+    let from = f64::from(from);
+    let ways = [range / steps, range * (1.0 / steps)];
+    let ways = ways.into_iter().flat_map(|delta| {
+        let apart = delta * number + from;
+        [apart as f32, delta.mul_add(number, from) as f32]
+    });
+    let mut ways = ways.map(f32::to_bits);
+    let first = ways.next()?;
+    ways.all(|other| other == first)
+        .then(|| f32::from_bits(first))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plain::Part;
+    use crate::unedited::Sources;
+
+    fn povray() -> PovRay {
+        PovRay::find().expect("POV-Ray is installed")
+    }
+
+    fn scene(folder: &std::path::Path, text: &str, switches: &[&str]) -> PlainScene {
+        let file = folder.join("s.pov");
+        std::fs::write(&file, text).unwrap();
+        let switches: Vec<String> = switches.iter().map(|s| (*s).to_owned()).collect();
+        povray().plain(&file, &switches, None).unwrap()
+    }
+
+    fn steps(text: &str) -> Option<Vec<String>> {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = scene(folder.path(), text, &["+KFF9"]);
+        let sources = Sources::read(&povray(), &scene).unwrap();
+        let found = Steps::of(&Outline::of(&sources))?;
+        Some(
+            found
+                .expressions
+                .into_iter()
+                .map(|(text, _)| text)
+                .collect(),
+        )
+    }
+
+    #[test]
+    fn expressions_of_the_clock_alone() {
+        for (text, expected) in [
+            ("sphere { x * floor(clock*4), 1 }", "floor(C_*4)"),
+            (
+                "#declare A = sin(floor(frame_number / 3) * 2) * 90;",
+                "sin(floor(F_ / 3) * 2)",
+            ),
+            ("#if (clock > 0.5) sphere { 0, 1 } #end", "(C_ > 0.5)"),
+            (
+                "#if ((clock <= 0.5) & (clock >= .1)) #end",
+                "((C_ <= 0.5) & (C_ >= .1))",
+            ),
+            ("box { 0, 1 rotate y*min(clock, 0.5)*360 }", "min(C_, 0.5)"),
+            // What is around it has other things in it.
+            ("#declare A = max(B, int(clock*9));", "int(C_*9)"),
+            ("#declare A = F(div(clock, .1));", "(div(C_, .1))"),
+        ] {
+            assert_eq!(steps(text), Some(vec![expected.to_owned()]), "{text}");
+        }
+        assert_eq!(steps("sphere { 0, 1 }"), Some(Vec::new()));
+    }
+
+    #[test]
+    fn a_clock_elsewhere_tells_all_frames_apart() {
+        for text in [
+            "sphere { x * clock, 1 } sphere { x * floor(clock*4), 1 }",
+            "#declare A = <clock, 0, 0>;",
+            "#declare A = floor(clock*B);",
+            "#if (clock > B) #end",
+            "#declare A = (clock > .5 ? 1 : 0);",
+            "text { ttf \"a.ttf\" str(clock, 0, 1) 1, 0 }",
+            "isosurface { function { x - floor(clock*4) } }",
+            "#declare F = function(u) { floor(clock*4) * u };",
+            "#local frame_number = 3; sphere { x * floor(frame_number / 2), 1 }",
+            "#declare A = rand(clock);  #declare B = Table[clock];",
+        ] {
+            let found = steps(text);
+            // One value of many, or nothing at all.
+            let distinct = found.is_none() || found.as_ref().is_some_and(|list| list[0] == "(C_)");
+            assert!(distinct, "{text}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn clocks_are_povrays() {
+        for switches in [
+            &["+KFF12"][..],
+            &["+KFI3", "+KFF50", "+KI0.1", "+KF0.7"],
+            &["+KFF7", "+KI-3", "+KF11.3", "+KC"],
+            &["+KFF40", "+SF5", "+EF38", "Frame_Step=3", "+KF0.3"],
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            let text = "\
+#version 3.7; global_settings { assumed_gamma 1 }
+#fopen F concat(\"c\", str(frame_number, 0, 0), \".txt\") write
+#write(F, str(clock, 0, 30)) #fclose F";
+            let scene = scene(folder.path(), text, &[switches, &["+W1", "+H1"]].concat());
+            let (first, last) = (scene.frames.first, scene.frames.last);
+            let part = Part {
+                first,
+                last,
+                threads: None,
+            };
+            let work = tempfile::tempdir().unwrap();
+            let run = RunContext::new(work.path());
+            scene.render(part, &run).unwrap();
+            for frame in scene.frames.numbers() {
+                let file = folder.path().join(format!("c{frame}.txt"));
+                let its: f64 = std::fs::read_to_string(file).unwrap().parse().unwrap();
+                let ours = clock(&scene, frame).map(f64::from);
+                assert_eq!(ours, Some(its), "{switches:?}, frame {frame}");
+            }
+        }
+    }
+
+    fn repeated(text: &str, switches: &[&str]) -> BTreeMap<u32, Vec<u32>> {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = scene(folder.path(), text, switches);
+        let sources = Sources::read(&povray(), &scene).unwrap();
+        let steps = Steps::of(&Outline::of(&sources)).unwrap();
+        let run = RunContext::new(folder.path());
+        let frames = scene.frames.numbers().collect();
+        steps.repeated(&povray(), &scene, &frames, &run).unwrap()
+    }
+
+    #[test]
+    fn frames_of_equal_values() {
+        let all = repeated("sphere { x * floor(clock*4), 1 }", &["+KFF12"]);
+        let expected = [
+            (1, vec![2, 3]),
+            (4, vec![5, 6]),
+            (7, vec![8, 9]),
+            (10, vec![11]),
+        ];
+        assert_eq!(all, BTreeMap::from(expected));
+        // Two steps together are finer than each.
+        let text = "sphere { x * floor(clock*4) + y * (frame_number > 5), 1 }";
+        let all = repeated(text, &["+KFF12"]);
+        assert_eq!((&all[&4], all.get(&6)), (&vec![5], None));
+        // A pause, and small values that differ.
+        let all = repeated("sphere { x * min(clock, 0.5), 1 }", &["+KFF9"]);
+        assert_eq!(all, BTreeMap::from([(5, vec![6, 7, 8, 9])]));
+        let text = "sphere { x * (max(0, clock - 0.5) * 1e-40), 1 }";
+        let all = repeated(text, &["+KFF9"]);
+        assert_eq!(all, BTreeMap::from([(1, vec![2, 3, 4, 5])]));
+        let text = "sphere { x * floor(clock*4), 1 }";
+        assert!(repeated(text, &["+KFF12", "Dither=on"]).is_empty());
+    }
+}
