@@ -34,6 +34,8 @@ struct PlainPlan<'a> {
     in_order: Option<&'a str>,
     /// Why frames are rendered whole; empty: they need not be.
     rendered_whole: Vec<String>,
+    /// Frames that show the same as others, and are not rendered.
+    frames_repeated: usize,
     moving: Vec<MovingLine>,
     /// The share of blocks that may change, where it is known.
     dirty_blocks: Option<f64>,
@@ -64,6 +66,7 @@ pub fn plan(
     let in_order = reason(&scene);
     let most = most_jobs(&scene, povray.abilities().jobs);
     let look = Look::at(&povray, &scene)?;
+    let mut rendered = frames.clone();
     let said = if wishes.mode == Some(Mode::Full) {
         Forecast {
             whole: vec!["--mode full".into()],
@@ -74,7 +77,11 @@ pub fn plan(
         let mut run = RunContext::new(&work.path);
         run.timeout = film.timeout();
         run.cancel = cancelled_by_ctrl_c();
-        let list = frames.iter().copied().collect();
+        let repeated = look.repeated(&povray, &scene, &frames, &run)?;
+        for frame in repeated.values().flatten() {
+            rendered.remove(frame);
+        }
+        let list = rendered.iter().copied().collect();
         forecast(&povray, &scene, &look, list, most, probe, &run)?
     };
     let (stock, coherent) = said.prices.unzip();
@@ -95,9 +102,10 @@ pub fn plan(
         first_file: scene.name(first),
         last_file: scene.name(last),
         // At most; fewer where frames turn out to keep the cores busy.
-        jobs: in_order.map_or(most.min(frames.len()), |_| 1),
+        jobs: in_order.map_or(most.min(rendered.len()), |_| 1),
         in_order,
         rendered_whole: said.whole,
+        frames_repeated: frames.len() - rendered.len(),
         moving: moving(&look),
         dirty_blocks: said.dirty,
         proxies_only: said.proxies_only,
@@ -136,6 +144,9 @@ fn tell(plan: &PlainPlan<'_>) {
     }
     for reason in &plan.rendered_whole {
         say!("rendered whole: {reason}");
+    }
+    if plan.frames_repeated > 0 {
+        say!("{} frames show the same as others", plan.frames_repeated);
     }
     for line in &plan.moving {
         say!("  moves {line}");
