@@ -7,7 +7,7 @@
 //! PlainScene → Sources (source: the scene and its includes)
 //!            → Analysis (lex, outline, placing, taint, refuse: what moves)
 //!            → Boxes (instrument, boxes: where POV-Ray says that they are)
-//!            → Steps (frames that show the same)
+//!            → Steps (expression: frames that show the same)
 //! ```
 //!
 //! About the pixels:
@@ -27,6 +27,7 @@ mod boxes;
 mod brackets;
 #[cfg(test)]
 mod cases;
+mod expression;
 mod frames;
 mod geometry;
 mod hulls;
