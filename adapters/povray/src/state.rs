@@ -76,25 +76,14 @@ pub fn masked(size: Size, wanted: &Blocks) -> Vec<u8> {
             continue;
         }
         let (x, y) = (block % columns * side, block / columns * side);
-        file.extend(black(block, x, y));
+        push_record(&mut file, block, x, y);
     }
     file
 }
 
 /// A record of one black pixel at (x, y) that stands for block `id`.
-fn black(id: u32, x: u32, y: u32) -> Vec<u8> {
-    let pixel = Window {
-        x,
-        y,
-        width: 1,
-        height: 1,
-    };
-    record(id, pixel, &[0; 4 * CHANNELS])
-}
-
-/// A record of block `id`; the pixels as in [`Block`].
-fn record(id: u32, window: Window, pixels: &[u8]) -> Vec<u8> {
-    let mut file = Vec::with_capacity(pixels.len() + 320);
+fn push_record(file: &mut Vec<u8>, id: u32, x: u32, y: u32) {
+    let start = file.len();
     file.extend_from_slice(RECORD_SIGNATURE);
     file.extend_from_slice(&RECORD_VERSION.to_be_bytes());
     file.extend_from_slice(&[0; 4]);
@@ -112,18 +101,16 @@ fn record(id: u32, window: Window, pixels: &[u8]) -> Vec<u8> {
     // Addresses in a record are not looked at.
     attribute(b"MSRC", b"ADDR", 10, &[0; 10]);
     attribute(b"MDST", b"ADDR", 10, &[0; 10]);
-    attribute(b"PBlo", b"VFL4", (pixels.len() / 4) as u32, pixels);
+    attribute(b"PBlo", b"VFL4", CHANNELS as u32, &[0; 4 * CHANNELS]);
     attribute(b"PiId", b"INT4", 4, &id.to_be_bytes());
     attribute(b"PiSi", b"INT4", 4, &1_u32.to_be_bytes());
-    let (right, bottom) = (window.right() - 1, window.bottom() - 1);
-    attribute(b"Left", b"INT4", 4, &window.x.to_be_bytes());
-    attribute(b"Top ", b"INT4", 4, &window.y.to_be_bytes());
-    attribute(b"Righ", b"INT4", 4, &right.to_be_bytes());
-    attribute(b"Bott", b"INT4", 4, &bottom.to_be_bytes());
+    attribute(b"Left", b"INT4", 4, &x.to_be_bytes());
+    attribute(b"Top ", b"INT4", 4, &y.to_be_bytes());
+    attribute(b"Righ", b"INT4", 4, &x.to_be_bytes());
+    attribute(b"Bott", b"INT4", 4, &y.to_be_bytes());
     attribute(b"ViId", b"INT4", 4, &1_u32.to_be_bytes());
-    let size = (file.len() - RECORD_HEADER_BYTES) as u32;
-    file[12..16].copy_from_slice(&size.to_be_bytes());
-    file
+    let size = (file.len() - start - RECORD_HEADER_BYTES) as u32;
+    file[start + 12..start + 16].copy_from_slice(&size.to_be_bytes());
 }
 
 /// A block of a state file; its pixels are still in the file's bytes.
@@ -143,18 +130,6 @@ impl<'a> Block<'a> {
     /// Its record, for another file ([`with_records`]).
     pub fn record(&self) -> &'a [u8] {
         self.record
-    }
-
-    /// A record of its part in `window`, which is not empty, as block `id`.
-    pub fn cut(&self, id: u32, window: Window) -> Vec<u8> {
-        let part = window.intersection(self.window);
-        let mut pixels = Vec::with_capacity(4 * CHANNELS * part.pixels());
-        for y in part.y..part.bottom() {
-            let row = (y - self.window.y) as usize * self.window.width as usize;
-            let from = 4 * CHANNELS * (row + (part.x - self.window.x) as usize);
-            pixels.extend_from_slice(&self.pixels[from..from + 4 * CHANNELS * part.width as usize]);
-        }
-        record(id, part, &pixels)
     }
 
     /// Does it show the very same as another one?
@@ -410,25 +385,6 @@ mod tests {
                 .iter()
                 .all(|b| b.window.pixels() == 1)
         );
-    }
-
-    #[test]
-    fn a_part_of_a_block_is_a_record() {
-        let window = |x, y, width, height| Window {
-            x,
-            y,
-            width,
-            height,
-        };
-        let number = |n: u32| (n as f32).to_be_bytes();
-        let pixels: Vec<u8> = (0..6 * 5).flat_map(number).collect();
-        let whole = with_records([record(3, window(32, 32, 3, 2), &pixels).as_slice()]);
-        let whole = blocks(&whole).unwrap()[0];
-        let part = with_records([whole.cut(9, window(33, 30, 8, 8)).as_slice()]);
-        let part = blocks(&part).unwrap()[0];
-        assert_eq!((part.id, part.window), (9, window(33, 32, 2, 2)));
-        let first: Vec<f32> = part.numbers().map(|numbers| numbers[0]).collect();
-        assert_eq!(first, [5.0, 10.0, 20.0, 25.0]);
     }
 
     #[test]

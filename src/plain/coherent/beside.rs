@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use decor_api::{AdapterError, RunContext};
 use decor_povray::plain::Part;
-use decor_povray::unedited::{FrameBoxes, Traced};
+use decor_povray::unedited::{Finished, FrameBoxes, Traced};
 
 use super::DEAR;
 use super::Done;
@@ -184,7 +184,7 @@ impl Film<'_> {
         place: &Mutex<Option<First>>,
     ) -> Result<u64, RenderError> {
         let (began, own) = (Instant::now(), measured(self.run));
-        let traced = self.trace_whole(frame, &own);
+        let traced = self.trace_one(frame, &Finished::default(), None, &own);
         add(&own, self.run);
         let traced = traced?;
         for (frame, file) in &traced.pictures {

@@ -105,7 +105,7 @@ impl Film<'_> {
         let frames = self.first_frames();
         let own = measured(self.run);
         let traced = side_by_side(&frames, self.workers.busy(), |at| {
-            self.trace_whole(self.frames[*at], &own)
+            self.trace_one(self.frames[*at], &Finished::default(), None, &own)
         });
         add(&own, self.run);
         let traced = traced?;
@@ -124,21 +124,22 @@ impl Film<'_> {
         })
     }
 
-    /// A frame in a call of its own, as POV-Ray renders it alone.
-    pub fn trace_whole(&self, frame: u32, run: &RunContext) -> Result<Traced, RenderError> {
-        Ok(self.scene.trace_whole(alone(frame), run)?)
-    }
-
-    /// These blocks of a frame in a call of its own.
+    /// A frame in a call of its own; these blocks of it, or all.
     pub fn trace_one(
         &self,
         frame: u32,
         finished: &Finished,
-        blocks: &Blocks,
+        blocks: Option<&Blocks>,
         run: &RunContext,
     ) -> Result<Traced, RenderError> {
-        let state = |_| finished.state(blocks);
-        Ok(self.scene.trace(alone(frame), &state, run)?)
+        let all = Blocks::all(self.scene.grid());
+        let state = |_| finished.state(blocks.unwrap_or(&all));
+        let part = Part {
+            first: frame,
+            last: frame,
+            threads: None,
+        };
+        Ok(self.scene.trace(part, &state, run)?)
     }
 
     /// Where everything is, in each of these frames.
@@ -242,15 +243,6 @@ impl Film<'_> {
             .iter()
             .map(|block| grid.window(block).pixels() as u64);
         each.sum()
-    }
-}
-
-/// One frame.
-fn alone(frame: u32) -> Part {
-    Part {
-        first: frame,
-        last: frame,
-        threads: None,
     }
 }
 

@@ -165,7 +165,7 @@ impl<'a> Finding<'a> {
                 |touched: &[Pixels]| self.beyond(&passes, touched, costs, block_s, at_least_once);
             let ((touched, trace_s), beyond) = if level == 0 {
                 // Most of the border is clean: nothing is lost by asking at once.
-                let none = vec![Pixels::none(grid); passes.len()];
+                let none = vec![Pixels::none(grid.size); passes.len()];
                 let (touched, beyond) = rayon::join(|| self.touched(&passes), || beyond(&none));
                 (touched?, beyond?)
             } else {
@@ -343,7 +343,7 @@ impl<'a> Finding<'a> {
         let looked = side_by_side(&shares, processes, |(k, share)| {
             proxies[*k].touched(share, self.run)
         })?;
-        let mut all = vec![Pixels::none(grid); passes.len()];
+        let mut all = vec![Pixels::none(grid.size); passes.len()];
         let mut trace_s = 0.0;
         for ((k, _), (pixels, timing)) in shares.iter().zip(looked) {
             all[*k].merge(&pixels);
@@ -389,7 +389,7 @@ mod tests {
             width: 32 * 10,
             height: 32 * 7,
         };
-        let grid = Grid { size, side: 32 };
+        let grid = Grid { size };
         let even = Blocks::of(grid, |block| block % 2 == 0);
         let sample = one_of_some(&even, grid);
         let expected: Vec<usize> = (0..70).step_by(2 * SAMPLE).collect();

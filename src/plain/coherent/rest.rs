@@ -24,9 +24,6 @@ const PART_BYTES: u64 = 256 << 20;
 /// A number of a state file takes four bytes, a pixel five numbers.
 const PIXEL_BYTES: u64 = 20;
 
-/// What else is said of a block.
-const BLOCK_BYTES: u64 = 300;
-
 /// What the frame that was traced both ways says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Verdict {
@@ -146,7 +143,7 @@ impl Rest<'_, '_> {
         if dirty.is_empty() {
             return Ok(Found::This(()));
         }
-        let traced = film.trace_one(film.frames[at], finished, dirty, film.run)?;
+        let traced = film.trace_one(film.frames[at], finished, Some(dirty), film.run)?;
         for (_, file) in &traced.blocks {
             let unlike = unedited::differing(second, file, dirty)?;
             let _ = std::fs::remove_file(file);
@@ -181,7 +178,7 @@ impl Rest<'_, '_> {
                     return Ok(None);
                 }
                 let number = film.frames[*frame];
-                let traced = film.trace_one(number, finished, blocks, film.run)?;
+                let traced = film.trace_one(number, finished, Some(blocks), film.run)?;
                 let passed = gate.passes();
                 if passed {
                     self.give(&traced)?;
@@ -258,9 +255,7 @@ impl Rest<'_, '_> {
     /// A part's state files shall fit on the disk.
     fn longest(&self) -> usize {
         let (width, height) = self.film.scene.size;
-        let pixels = u64::from(width) * u64::from(height);
-        let blocks = self.film.scene.grid().count() as u64;
-        let bytes = pixels * PIXEL_BYTES + blocks * BLOCK_BYTES;
+        let bytes = u64::from(width) * u64::from(height) * PIXEL_BYTES;
         usize::try_from(PART_BYTES / bytes.max(1))
             .unwrap_or(1)
             .max(1)

@@ -258,7 +258,6 @@ mod tests {
                 width: 320,
                 height: 320,
             },
-            side: 32,
         };
         let some = Blocks::of(grid, |block| block < 10);
         let sounding = |trace_s| Sounding {

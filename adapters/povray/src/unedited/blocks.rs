@@ -1,10 +1,5 @@
-//! Blocks: sets of them, and which of them are dirty, given the pixels that
-//! something touches.
-//!
-//! A block has the side that POV-Ray is told (`+BS`), 32 pixels where it is told
-//! nothing. Where pixels do not depend on each other it may be less: without
-//! antialiasing, and by method 2, which looks at a pixel's own corners (its jitter is
-//! a table by the place in the picture).
+//! Blocks of 32 by 32 pixels: sets of them, and which of them are dirty, given
+//! the pixels that something touches.
 //!
 //! POV-Ray looks beyond a block where it antialiases by method 1: it traces the
 //! row above and the column to the left too, and what they show decides whether
@@ -15,25 +10,23 @@
 
 use decor_api::{Size, Window, block_window};
 
-use crate::state::Block;
+use crate::state::{BLOCK, Block};
 
 /// The blocks of a picture, row by row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     /// The size of the picture.
     pub size: Size,
-    /// The side of a block, in pixels.
-    pub side: u32,
 }
 
 impl Grid {
     /// How many blocks there are.
     pub fn count(&self) -> usize {
-        (self.columns() * self.size.height.div_ceil(self.side)) as usize
+        (self.columns() * self.size.height.div_ceil(BLOCK)) as usize
     }
 
     fn columns(&self) -> u32 {
-        self.size.width.div_ceil(self.side)
+        self.size.width.div_ceil(BLOCK)
     }
 
     /// The blocks directly above, and directly to the left of these.
@@ -78,15 +71,7 @@ impl Grid {
 
     /// The rectangle of a block.
     pub fn window(&self, block: usize) -> Window {
-        block_window(block as u32, self.side, self.size)
-    }
-
-    /// The blocks that show some of a rectangle of the picture.
-    pub fn showing(&self, window: Window) -> impl Iterator<Item = usize> + use<> {
-        let (columns, side) = (self.columns(), self.side);
-        let across = move || window.x / side..window.right().div_ceil(side);
-        let down = window.y / side..window.bottom().div_ceil(side);
-        down.flat_map(move |row| across().map(move |column| (row * columns + column) as usize))
+        block_window(block as u32, BLOCK, self.size)
     }
 }
 
@@ -185,26 +170,26 @@ pub enum Sampling {
 /// Pixels of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pixels {
-    grid: Grid,
+    size: Size,
     bits: Vec<bool>,
 }
 
 impl Pixels {
     /// None.
-    pub fn none(grid: Grid) -> Self {
-        let bits = vec![false; grid.size.width as usize * grid.size.height as usize];
-        Self { grid, bits }
+    pub fn none(size: Size) -> Self {
+        let bits = vec![false; size.width as usize * size.height as usize];
+        Self { size, bits }
     }
 
     /// Adds those of a block of a state file for which `is_in` holds of their
     /// five numbers.
     pub fn add(&mut self, block: &Block<'_>, is_in: impl Fn([f32; 5]) -> bool) {
-        let window = block.window.intersection(self.grid.size.window());
+        let window = block.window.intersection(self.size.window());
         let width = block.window.width;
         for (k, numbers) in (0_u32..).zip(block.numbers()) {
             let (x, y) = (window.x + k % width, window.y + k / width);
             if x < window.right() && y < window.bottom() && is_in(numbers) {
-                self.bits[(y * self.grid.size.width + x) as usize] = true;
+                self.bits[(y * self.size.width + x) as usize] = true;
             }
         }
     }
@@ -218,15 +203,16 @@ impl Pixels {
 
     /// The blocks that are dirty where these pixels are touched.
     pub fn dirty(&self, sampling: Sampling) -> Blocks {
+        let grid = Grid { size: self.size };
         match sampling {
-            Sampling::Neighbours => self.dirty_within(sampling).or(&self.grid.border()),
+            Sampling::Neighbours => self.dirty_within(sampling).or(&grid.border()),
             Sampling::Once | Sampling::Corners => self.dirty_within(sampling),
         }
     }
 
     /// The same if nothing beyond the upper and the left border is touched.
     pub fn dirty_within(&self, sampling: Sampling) -> Blocks {
-        let grid = self.grid;
+        let grid = Grid { size: self.size };
         let further = u32::from(sampling == Sampling::Neighbours);
         Blocks::of(grid, |block| {
             let own = grid.window(block);
@@ -245,7 +231,7 @@ impl Pixels {
     /// more above. (It does not show what the last row and the last column of the
     /// picture have beside them: for their blocks, nothing is known.)
     pub fn untouched_beyond(&self) -> Blocks {
-        let grid = self.grid;
+        let grid = Grid { size: self.size };
         let border = grid.border();
         Blocks::of(grid, |block| {
             let own = grid.window(block);
@@ -263,8 +249,8 @@ impl Pixels {
             };
             let clear = |is_there: bool, shown: Window| {
                 !is_there
-                    || shown.right() <= grid.size.width
-                        && shown.bottom() <= grid.size.height
+                    || shown.right() <= self.size.width
+                        && shown.bottom() <= self.size.height
                         && !self.any(shown)
             };
             border.has(block) && clear(own.y == 0, row) && clear(own.x == 0, column)
@@ -273,7 +259,7 @@ impl Pixels {
 
     fn any(&self, window: Window) -> bool {
         (window.y..window.bottom()).any(|y| {
-            let row = (y * self.grid.size.width) as usize;
+            let row = (y * self.size.width) as usize;
             self.bits[row + window.x as usize..row + window.right() as usize].contains(&true)
         })
     }
@@ -283,17 +269,14 @@ impl Pixels {
 mod tests {
     use super::*;
 
-    const GRID: Grid = Grid {
-        size: Size {
-            width: 100,
-            height: 70,
-        },
-        side: 32,
+    const SIZE: Size = Size {
+        width: 100,
+        height: 70,
     };
 
     fn touched(x: u32, y: u32) -> Pixels {
-        let mut pixels = Pixels::none(GRID);
-        pixels.bits[(y * GRID.size.width + x) as usize] = true;
+        let mut pixels = Pixels::none(SIZE);
+        pixels.bits[(y * SIZE.width + x) as usize] = true;
         pixels
     }
 
@@ -303,7 +286,7 @@ mod tests {
 
     #[test]
     fn what_a_picture_shows_beyond_the_border() {
-        let grid = GRID;
+        let grid = Grid { size: SIZE };
         let untouched = |x, y| -> Vec<usize> { touched(x, y).untouched_beyond().iter().collect() };
         // Blocks 3 and 8 have neighbours that are not shown.
         assert_eq!(untouched(50, 50), [0, 1, 2, 4]);
@@ -334,20 +317,6 @@ mod tests {
     }
 
     #[test]
-    fn smaller_blocks_have_columns_of_their_own() {
-        let grid = Grid { side: 16, ..GRID };
-        assert_eq!(grid.count(), 7 * 5);
-        let shown = |block| -> Vec<usize> { grid.showing(GRID.window(block)).collect() };
-        assert_eq!(shown(0), [0, 1, 7, 8]);
-        assert_eq!(shown(11), [34]);
-        // All of them, each once.
-        let mut all: Vec<usize> = (0..GRID.count()).flat_map(shown).collect();
-        all.sort_unstable();
-        assert_eq!(all, (0..grid.count()).collect::<Vec<_>>());
-        assert_eq!(grid.window(34).pixels(), 4 * 6);
-    }
-
-    #[test]
     fn method_1_looks_at_the_row_above_and_the_column_to_the_left() {
         let border = [0, 1, 2, 3, 4, 8];
         let more = |x, y| -> Vec<usize> {
@@ -366,7 +335,7 @@ mod tests {
 
     #[test]
     fn sets() {
-        let grid = GRID;
+        let grid = Grid { size: SIZE };
         let even = Blocks::of(grid, |block| block % 2 == 0);
         let low = Blocks::of(grid, |block| block < 4);
         assert_eq!(even.and(&low).iter().collect::<Vec<_>>(), [0, 2]);

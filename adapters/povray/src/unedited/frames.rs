@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 use decor_api::{AdapterError, RunContext};
 
 use super::blocks::{Blocks, Grid};
-use super::order::USUAL;
 use crate::plain::{More, Part, PlainScene};
 use crate::state::{self, Block};
 
@@ -60,21 +59,8 @@ impl Finished {
 /// The state file of a frame of which only these blocks are traced, and all others
 /// are left black.
 pub fn only(grid: Grid, blocks: &Blocks) -> Vec<u8> {
-    let blocks = decor_api::Blocks {
-        side: grid.side,
-        numbers: blocks.iter().map(|id| id as u32).collect(),
-    };
-    state::masked(grid.size, &blocks)
-}
-
-/// A state file's blocks, cut into those of a grid of a smaller side.
-fn cut(blocks: &[Block<'_>], grid: Grid) -> Vec<u8> {
-    let parts = blocks.iter().flat_map(|block| {
-        let parts = grid.showing(block.window);
-        parts.map(move |part| (part, block.cut(part as u32, grid.window(part))))
-    });
-    let parts: BTreeMap<usize, Vec<u8>> = parts.collect();
-    state::with_records(parts.values().map(Vec::as_slice))
+    let ids = blocks.iter().map(|id| id as u32).collect();
+    state::masked(grid.size, &decor_api::Blocks::usual(ids))
 }
 
 /// The blocks, of these, that two state files do not hold alike.
@@ -128,25 +114,8 @@ pub struct Traced {
 }
 
 impl PlainScene {
-    /// Renders a part in one call with one thread, as POV-Ray does it alone.
-    ///
-    /// # Errors
-    /// Any [`AdapterError`].
-    pub fn trace_whole(&self, part: Part, run: &RunContext) -> Result<Traced, AdapterError> {
-        let traced = self.traced(part, Vec::new(), &|_| state::empty(), run)?;
-        let grid = self.grid();
-        if grid.side != USUAL {
-            for (_, file) in &traced.blocks {
-                let bytes = std::fs::read(file).map_err(AdapterError::io(file))?;
-                let parts = cut(&blocks_of(file, &bytes)?, grid);
-                std::fs::write(file, parts).map_err(AdapterError::io(file))?;
-            }
-        }
-        Ok(traced)
-    }
-
-    /// Renders a part in one call with one thread, in blocks of [`PlainScene::grid`];
-    /// `state` gives each frame's state file ([`Finished::state`]).
+    /// Renders a part in one call with one thread; `state` gives each frame's
+    /// state file ([`Finished::state`]).
     ///
     /// # Errors
     /// Any [`AdapterError`].
@@ -156,19 +125,8 @@ impl PlainScene {
         state: &(dyn Fn(u32) -> Vec<u8> + Sync),
         run: &RunContext,
     ) -> Result<Traced, AdapterError> {
-        self.traced(part, self.in_blocks(), state, run)
-    }
-
-    fn traced(
-        &self,
-        part: Part,
-        mut switches: Vec<String>,
-        state: &(dyn Fn(u32) -> Vec<u8> + Sync),
-        run: &RunContext,
-    ) -> Result<Traced, AdapterError> {
-        switches.extend(["Statistic_Console=on", "+WT1"].map(str::to_owned));
         let more = More {
-            switches,
+            switches: vec!["Statistic_Console=on".into(), "+WT1".into()],
             state: Some(state),
         };
         let called = self.call(part, "traced", &more, run)?;

@@ -11,10 +11,7 @@ const SIZE: Size = Size {
     width: 320,
     height: 240,
 };
-const GRID: Grid = Grid {
-    size: SIZE,
-    side: 32,
-};
+const GRID: Grid = Grid { size: SIZE };
 
 fn statement(kind: &str, moves: bool, bends: bool) -> Statement {
     Statement {

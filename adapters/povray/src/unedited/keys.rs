@@ -82,7 +82,6 @@ mod tests {
             width: 128,
             height: 64,
         },
-        side: 32,
     };
 
     fn set(blocks: &[usize]) -> Blocks {

@@ -121,11 +121,11 @@ impl<'a> Proxy<'a> {
         run: &RunContext,
     ) -> Result<(Pixels, Timing), AdapterError> {
         let mut switches = self.copy.switches.clone();
-        switches.extend(self.scene.in_blocks());
         switches.extend(["Statistic_Console=on", "+WT1"].map(str::to_owned));
         if self.once {
             switches.push("-A".into());
         }
+        let size = self.grid.size;
         let part = Part {
             first: self.frame,
             last: self.frame,
@@ -136,7 +136,7 @@ impl<'a> Proxy<'a> {
             state: Some(&|_| only(self.grid, asked)),
         };
         let called = self.scene.call(part, "touched", &more, run)?;
-        let mut pixels = Pixels::none(self.grid);
+        let mut pixels = Pixels::none(size);
         let mut missing = asked.clone();
         for (_, file) in &called.states {
             let bytes = std::fs::read(file).map_err(AdapterError::io(file))?;
