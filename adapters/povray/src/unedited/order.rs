@@ -31,7 +31,6 @@ use super::source::Sources;
 use crate::PovRay;
 use crate::call::LayerSource;
 use crate::plain::{Order, PlainScene};
-use crate::state::BLOCK;
 use crate::tokens::{Kind, tokens};
 
 /// Words that draw random numbers, or remember.
