@@ -48,6 +48,8 @@ mod estimate;
 mod lamp;
 mod mask;
 mod parts;
+mod ranges;
+mod reach;
 mod solid;
 mod trace;
 
@@ -60,6 +62,8 @@ pub use estimate::estimated_shadows;
 pub use lamp::{Beam, Lamp, may_shade};
 pub use mask::{Cause, Mask};
 pub use parts::{is_slender, parts, thickness};
+pub use ranges::Ranges;
+pub use reach::{Places, matters, reach, shades, with_ring};
 pub use solid::Solid;
 
 /// What is the same in the décor and in the frame.
