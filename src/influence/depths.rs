@@ -201,7 +201,9 @@ impl<'a> Depths<'a> {
     /// The depths in `window`, and in the pixels around it that are at most
     /// `ring` away.
     pub(super) fn range(&self, window: Window, ring: u32, size: Size) -> Range {
-        let found = self.ranges.and_then(|ranges| ranges.of_window(window, ring));
+        let found = self
+            .ranges
+            .and_then(|ranges| ranges.of_window(window, ring));
         found.unwrap_or_else(|| self.search(window, ring, size))
     }
 

@@ -18,11 +18,7 @@ const MOST_TESTS: usize = 20_000_000;
 /// The blocks in which anything of `changed` can be seen, or can shade what lies in
 /// `receivers`: the objects of the décor. `still` needs no depth. `None`: perhaps all
 /// of them, or it would take too long to say.
-pub fn reach(
-    still: &Still<'_>,
-    changed: &[Changed],
-    receivers: &[Changed],
-) -> Option<BlockSet> {
+pub fn reach(still: &Still<'_>, changed: &[Changed], receivers: &[Changed]) -> Option<BlockSet> {
     let places = Places::of(still, receivers);
     if changed.iter().any(|c| c.whole == Bounds::Unbounded) {
         return None;
@@ -42,7 +38,9 @@ pub fn reach(
     };
     let reached: Vec<&Window> = windows.par_iter().filter(is_reached).collect();
     let mut blocks = BlockSet::none(size, BLOCK);
-    reached.into_iter().for_each(|window| blocks.insert(*window));
+    reached
+        .into_iter()
+        .for_each(|window| blocks.insert(*window));
     Some(blocks)
 }
 
@@ -147,7 +145,9 @@ pub fn shades(lights: &[Light], caster: &Changed, receiver: &Changed) -> bool {
         vec![receiver.whole.clone()]
     } else {
         let balls = receiver.boxes.iter().map(|solid| solid.ball());
-        balls.map(|ball| Bounds::sphere(ball.centre, ball.radius)).collect()
+        balls
+            .map(|ball| Bounds::sphere(ball.centre, ball.radius))
+            .collect()
     };
     lights.iter().any(|light| {
         let mut balls = balls.iter();

@@ -108,7 +108,10 @@ impl Execution<'_> {
                     .map(|(_, thing)| matters(&still, thing, &places, window))
                     .collect()
             });
-            matter.iter_mut().zip(of_block).for_each(|(all, one)| *all |= one);
+            matter
+                .iter_mut()
+                .zip(of_block)
+                .for_each(|(all, one)| *all |= one);
         }
         let kept = decor_objects(period);
         let moving = state.objects.iter().filter(|o| !kept.contains(&o.id));

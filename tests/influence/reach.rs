@@ -134,6 +134,7 @@ impl std::ops::Add for Sums {
 }
 
 fn sums(share: f64, usual: u64, check: fn(u64, f64) -> Sums) -> Sums {
+    // A tenth of the others: these pictures are larger.
     let scenes = (0..count("DECOR_INFLUENCE_SCENES", 10 * usual) / 10).into_par_iter();
     let found = scenes.map(|number| check(number, share));
     found.reduce(Sums::default, |a, b| a + b)
@@ -217,17 +218,20 @@ fn left_out(number: u64, share: f64) -> Sums {
 
 #[test]
 fn nothing_changes_where_nothing_reaches() {
-    let sums = sums(1.0, 240, reached);
+    let sums = sums(1.0, 60, reached);
     println!("{sums:?}");
-    assert!(sums.differing > 50_000 && sums.left_alone > 500, "{sums:?}");
+    assert!(sums.differing > 30_000 && sums.left_alone > 100, "{sums:?}");
     assert_eq!(sums.missed, 0);
 }
 
 #[test]
 fn what_does_not_matter_in_a_block_can_be_left_out_of_it() {
-    let sums = sums(1.0, 240, left_out);
+    let sums = sums(1.0, 60, left_out);
     println!("{sums:?}");
-    assert!(sums.differing > 50_000 && sums.left_alone > 500, "{sums:?}");
+    assert!(
+        sums.differing > 30_000 && sums.left_alone > 1_000,
+        "{sums:?}"
+    );
     assert_eq!(sums.missed, 0);
 }
 
@@ -235,7 +239,7 @@ fn what_does_not_matter_in_a_block_can_be_left_out_of_it() {
 #[test]
 fn what_is_too_small_is_found_out() {
     for check in [reached, left_out] {
-        let sums = sums(0.6, 40, check);
+        let sums = sums(0.6, 20, check);
         assert!(sums.missed > 0, "{sums:?}");
     }
 }

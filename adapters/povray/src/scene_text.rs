@@ -242,9 +242,9 @@ impl<'a> Shared<'a> {
                 _ => runs.push((number, number)),
             }
         }
-        let runs = runs.iter().map(|(first, last)| {
-            format!("((frame_number >= {first}) & (frame_number <= {last}))")
-        });
+        let runs = runs
+            .iter()
+            .map(|(first, last)| format!("((frame_number >= {first}) & (frame_number <= {last}))"));
         Some(runs.collect::<Vec<_>>().join(" | "))
     }
 }
