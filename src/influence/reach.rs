@@ -142,7 +142,7 @@ pub fn matters(still: &Still<'_>, thing: &Changed, places: &Places, window: Wind
 /// Can `caster` shade anything of `receiver`?
 pub fn shades(lights: &[Light], caster: &Changed, receiver: &Changed) -> bool {
     let balls: Vec<Bounds> = if receiver.boxes.is_empty() {
-        vec![receiver.whole.clone()]
+        vec![receiver.whole]
     } else {
         let balls = receiver.boxes.iter().map(|solid| solid.ball());
         balls

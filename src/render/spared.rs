@@ -91,7 +91,8 @@ impl Execution<'_> {
             camera: &ground.view.camera,
             size,
             lights: state.lights,
-            shadows: state.shadows,
+            // What is kept of a block holds for all frames.
+            shadows: true,
             antialiased,
             by_blocks: None,
             depths,

@@ -71,7 +71,7 @@ impl Execution<'_> {
             camera: &first.camera,
             size: self.stage.size(),
             lights: first.lights,
-            shadows: first.shadows,
+            shadows: period.numbers().any(|n| self.stage.film.frame(n).shadows),
             antialiased: first.antialias.is_some(),
             by_blocks: None,
             depths: Depths::unknown(),
