@@ -41,7 +41,7 @@ pub struct Probed {
 
 /// The kind of its cache entries; changes with [`Costs`] and with what is
 /// rendered.
-const KIND: &str = "probe-3";
+const KIND: &str = "probe-4";
 
 /// What is kept.
 #[derive(Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use decor_api::{
 };
 
 use crate::film::{Film, FilmErrors, FrameState, NamedFile, ObjectState};
-use crate::influence::parts;
+use crate::influence::{Changed, parts};
 use crate::motion::screen_box;
 use crate::objects::{Cache, Library, ObjectError, content_hash};
 use crate::plan::{BLOCK, BlockSet, Mode, Wishes, gathered};
@@ -302,6 +302,11 @@ impl Stage {
     pub fn parts(&self, object: &ObjectState<'_>) -> &[Sphere] {
         let id = self.prototype_id(object);
         self.props.parts[id.0 as usize].get_or_init(|| parts(self.library.table.get(id)))
+    }
+
+    /// An object where it is, as the influence of what changed sees it.
+    pub fn changed(&self, object: &ObjectState<'_>) -> Changed {
+        Changed::placed(self.prototype(object), self.parts(object), &object.pose)
     }
 
     /// The rectangles that an object can be seen in.

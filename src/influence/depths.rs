@@ -2,12 +2,25 @@
 
 use decor_api::{Layer, Size, Window};
 
+use super::Ranges;
+use crate::plan::BlockSet;
+
 /// The décor's depth over the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Depths<'a> {
     centres: &'a Layer,
     samples: Option<(&'a Layer, u32)>,
+    /// Where anything can change, and where depth is known.
+    within: Option<(&'a BlockSet, &'a BlockSet)>,
+    ranges: Option<&'a Ranges>,
 }
+
+static NOWHERE: Layer = Layer {
+    window: Window::EMPTY,
+    colour: None,
+    depth: None,
+    depth_quantum: (0.0, 0.0),
+};
 
 /// Distances along the rays of some pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +41,7 @@ impl Range {
         range
     }
 
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         near: f64::INFINITY,
         far: 0.0,
         any: false,
@@ -69,6 +82,16 @@ impl Range {
         }
     }
 
+    /// Of both.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            near: self.near.min(other.near),
+            far: self.far.max(other.far),
+            any: self.any || other.any,
+            gap: self.gap || other.gap,
+        }
+    }
+
     /// With what may lie between the centres: as far beyond the range as it is
     /// wide, and to the end of the world beside nothing.
     pub fn extended(self) -> Self {
@@ -95,7 +118,14 @@ impl<'a> Depths<'a> {
         Self {
             centres,
             samples: None,
+            within: None,
+            ranges: None,
         }
+    }
+
+    /// Nobody knows any.
+    pub fn unknown() -> Depths<'static> {
+        Depths::at_centres(&NOWHERE)
     }
 
     /// And at `per_side`² places in every pixel, evenly spaced: `samples` is the
@@ -104,12 +134,43 @@ impl<'a> Depths<'a> {
         Self {
             centres,
             samples: (per_side > 0).then_some((samples, per_side)),
+            ..Self::at_centres(centres)
+        }
+    }
+
+    /// Of use in the blocks `reached` only: nothing [reaches](super::reach) the
+    /// others, at whatever depth their surfaces are. In those `known`, which hold
+    /// them, it is known.
+    #[must_use]
+    pub fn within(self, reached: &'a BlockSet, known: &'a BlockSet) -> Self {
+        Self {
+            within: Some((reached, known)),
+            ..self
+        }
+    }
+
+    /// With ranges that were found before, of these very depths.
+    #[must_use]
+    pub fn with_ranges(self, ranges: &'a Ranges) -> Self {
+        Self {
+            ranges: Some(ranges),
+            ..self
         }
     }
 
     /// Is the depth of every sample known?
-    pub(super) fn has_samples(&self) -> bool {
+    pub fn has_samples(&self) -> bool {
         self.samples.is_some()
+    }
+
+    /// Can anything change in a tile, which lies in one block?
+    pub(super) fn may_change(&self, tile: Window) -> bool {
+        self.within.is_none_or(|(reached, _)| reached.touches(tile))
+    }
+
+    /// Are the depths of a window those of its surfaces?
+    pub(super) fn knows(&self, window: Window) -> bool {
+        self.within.is_none_or(|(_, known)| known.contains(window))
     }
 
     /// How exact they are.
@@ -140,6 +201,14 @@ impl<'a> Depths<'a> {
     /// The depths in `window`, and in the pixels around it that are at most
     /// `ring` away.
     pub(super) fn range(&self, window: Window, ring: u32, size: Size) -> Range {
+        let found = self
+            .ranges
+            .and_then(|ranges| ranges.of_window(window, ring));
+        found.unwrap_or_else(|| self.search(window, ring, size))
+    }
+
+    /// The same, not yet known.
+    pub(super) fn search(&self, window: Window, ring: u32, size: Size) -> Range {
         let mut range = Range::NONE;
         let columns = window.x.saturating_sub(ring)..(window.right() + ring).min(size.width);
         for y in window.y.saturating_sub(ring)..(window.bottom() + ring).min(size.height) {

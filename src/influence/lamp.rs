@@ -158,8 +158,8 @@ impl Lamp {
 }
 
 impl Lamp {
-    /// Can a box stand between the lamp and a point of `beam`? Asked where the ball
-    /// around it can. `false` is certain: all points of the beam are within `off` of
+    /// Can a box stand between the lamp and a point of `beam`? Light and dark are not
+    /// looked at: the ball around it is asked as well. `false` is certain: all points of the beam are within `off` of
     /// the middle one, and so is what lies between them and a light from that.
     pub fn may_be_blocked_by(&self, solid: &Solid, beam: &Beam) -> bool {
         if !beam.far.is_finite() {

@@ -19,6 +19,11 @@
 //! what changed ─ parts ─→ spheres ──┘
 //! ```
 //!
+//! Before any depth is known, [`reach`] says in which blocks anything can change in a
+//! whole period, by the boxes in which the décor's surfaces lie: depth is rendered and
+//! looked at there only. By the same test [`matters`] says which of the décor's own
+//! objects a block can do without.
+//!
 //! # Between the pixels' centres
 //! Without antialiasing a pixel depends on the ray through its centre alone, and
 //! its depth is known. With it, more rays may be sent, where colours meet.
@@ -48,6 +53,8 @@ mod estimate;
 mod lamp;
 mod mask;
 mod parts;
+mod ranges;
+mod reach;
 mod solid;
 mod trace;
 
@@ -60,6 +67,8 @@ pub use estimate::estimated_shadows;
 pub use lamp::{Beam, Lamp, may_shade};
 pub use mask::{Cause, Mask};
 pub use parts::{is_slender, parts, thickness};
+pub use ranges::Ranges;
+pub use reach::{Places, matters, reach, shades, with_ring};
 pub use solid::Solid;
 
 /// What is the same in the décor and in the frame.

@@ -59,6 +59,18 @@ impl Solid {
     /// within `margin` of the box lie in one that is so much larger. What is not a
     /// number cuts nothing off.
     fn meets(&self, a: DVec3, along: DVec3, end: f64, margin: f64) -> bool {
+        let (enters, leaves) = self.way(a, along, end, margin);
+        !(enters > leaves)
+    }
+
+    /// Where what starts at `a` in a `direction` of length 1 comes within `margin` of
+    /// the box: from which distance to which. `None`: nowhere, for certain.
+    pub fn along_ray(&self, a: DVec3, direction: DVec3, margin: f64) -> Option<(f64, f64)> {
+        let (enters, leaves) = self.way(a, direction, f64::INFINITY, margin);
+        (!(enters > leaves)).then_some((enters, leaves))
+    }
+
+    fn way(&self, a: DVec3, along: DVec3, end: f64, margin: f64) -> (f64, f64) {
         let (from, along) = (self.turned * (a - self.centre), self.turned * along);
         let half = self.half + margin;
         let (low, high) = ((-half - from) / along, (half - from) / along);
@@ -67,7 +79,7 @@ impl Solid {
             enters = enters.max(low[axis].min(high[axis]));
             leaves = leaves.min(low[axis].max(high[axis]));
         }
-        !(enters > leaves)
+        (enters, leaves)
     }
 }
 
@@ -107,6 +119,17 @@ mod tests {
             let step = a.distance(b) / 400.0;
             prop_assert!(!found || nearest <= margin * 3.0_f64.sqrt() + step);
             prop_assert!(!found || solid.meets_ray(a - origin, b - a, margin));
+            let way = solid.along_ray(a - origin, (b - a).normalize(), margin);
+            prop_assert!(!found || way.is_some());
+            if let Some((from, to)) = way {
+                let length = a.distance(b);
+                let near = (0..=400).map(|k| length * f64::from(k) / 400.0).filter(|&t| {
+                    distance(&extent, &pose, a + (b - a) / length * t) <= margin
+                });
+                for t in near {
+                    prop_assert!((from - 1e-9..=to + 1e-9).contains(&t), "{t}: {from} to {to}");
+                }
+            }
             let ball = solid.ball();
             let way = super::super::distance::segment_squared(ball.centre, a - origin, b - origin);
             prop_assert!(!found || way.sqrt() <= ball.radius + 2.0 * margin);

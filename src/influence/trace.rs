@@ -2,6 +2,7 @@
 //! not asked again inside of it.
 
 use decor_api::{Bounds, Sphere, Window};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::depths::Range;
@@ -46,7 +47,7 @@ impl Suspects {
     }
 }
 
-struct Tracer<'a> {
+pub(super) struct Tracer<'a> {
     still: &'a Still<'a>,
     /// Each lamp, and the range of its sources.
     lamps: Vec<(Lamp, std::ops::Range<u32>)>,
@@ -60,9 +61,41 @@ struct Tracer<'a> {
 }
 
 /// What encloses a part of an object: a ball, and a box in it where one is known.
-struct Part {
-    ball: Sphere,
-    solid: Option<Solid>,
+/// Relative to the eye.
+pub(super) struct Part {
+    pub ball: Sphere,
+    pub solid: Option<Solid>,
+}
+
+impl Part {
+    /// The parts of an object that has an end.
+    pub fn all_of(object: &Changed, eye: DVec3) -> Vec<Self> {
+        let within = |ball: &Sphere| Self {
+            ball: relative(ball, eye),
+            solid: None,
+        };
+        if !object.boxes.is_empty() {
+            let boxes = object.boxes.iter().map(|solid| solid.from(eye));
+            let parts = boxes.map(|solid| Self {
+                ball: solid.ball(),
+                solid: Some(solid),
+            });
+            parts.collect()
+        } else if object.parts.is_empty() {
+            object.whole.as_sphere().map(within).into_iter().collect()
+        } else {
+            object.parts.iter().map(within).collect()
+        }
+    }
+}
+
+/// A ball as it is seen from `eye`.
+fn relative(ball: &Sphere, eye: DVec3) -> Sphere {
+    Sphere {
+        centre: ball.centre - eye,
+        // What the subtraction rounds away.
+        radius: ball.radius + 1e-14 * (ball.centre.abs().max_element() + eye.length()),
+    }
 }
 
 /// A block on the way: is something of it marked?
@@ -131,6 +164,9 @@ pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
                     width: SIDES[0].min(size.width - x),
                     ..band
                 };
+                if !still.depths.may_change(window) {
+                    continue;
+                }
                 let mut tile = Tile::new(window);
                 tracer.square(window, 0, &everything, y, rows, &mut tile);
             }
@@ -139,13 +175,8 @@ pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
 }
 
 impl<'a> Tracer<'a> {
-    fn new(still: &'a Still<'a>, changed: &[Changed]) -> Self {
+    pub fn new(still: &'a Still<'a>, changed: &[Changed]) -> Self {
         let eye = still.camera.eye;
-        let relative = |ball: &Sphere| Sphere {
-            centre: ball.centre - eye,
-            // What the subtraction rounds away.
-            radius: ball.radius + 1e-14 * (ball.centre.abs().max_element() + eye.length()),
-        };
         let (mut lamps, mut sources) = (Vec::new(), Vec::new());
         let lights = still.lights.iter().filter(|_| still.shadows);
         for light in lights {
@@ -162,24 +193,8 @@ impl<'a> Tracer<'a> {
                 continue;
             };
             let first = parts.len() as u32;
-            let within = |ball: &Sphere| Part {
-                ball: relative(ball),
-                solid: None,
-            };
-            if !object.boxes.is_empty() {
-                parts.extend(object.boxes.iter().map(|solid| {
-                    let solid = solid.from(eye);
-                    Part {
-                        ball: solid.ball(),
-                        solid: Some(solid),
-                    }
-                }));
-            } else if object.parts.is_empty() {
-                parts.push(within(whole));
-            } else {
-                parts.extend(object.parts.iter().map(within));
-            }
-            wholes.push((relative(whole), first..parts.len() as u32));
+            parts.extend(Part::all_of(object, eye));
+            wholes.push((relative(whole, eye), first..parts.len() as u32));
         }
         Self {
             still,
@@ -244,7 +259,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// All rays of a window.
-    fn beam(&self, window: Window, range: Range) -> Beam {
+    pub fn beam(&self, window: Window, range: Range) -> Beam {
         let half = |start: u32, length: u32| f64::from(start) + 0.5 * f64::from(length);
         let (x, y) = (half(window.x, window.width), half(window.y, window.height));
         // From the middle to the outermost rays: the pixels' corners, or their
@@ -321,6 +336,70 @@ impl<'a> Tracer<'a> {
         left
     }
 
+    /// Can anything be seen in a window, or stand between a lamp and what lies in it
+    /// at any of these distances, from one to another? Nothing that begins beyond
+    /// `hidden_beyond` is seen.
+    pub fn reaches(
+        &self,
+        window: Window,
+        hidden_beyond: Option<f64>,
+        distances: &[(f64, f64)],
+    ) -> bool {
+        let range = |near: f64, far: f64| Range {
+            near,
+            far,
+            any: true,
+            gap: false,
+        };
+        let open = self.beam(window, range(0.0, hidden_beyond.unwrap_or(f64::INFINITY)));
+        let hides = hidden_beyond.is_some();
+        let shows = |part: &Part| {
+            let solid = part.solid.as_ref();
+            open.may_show(&part.ball, hides)
+                && solid.is_none_or(|solid| open.may_show_box(solid, hides))
+        };
+        let parts = |whole: &std::ops::Range<u32>| whole.start as usize..whole.end as usize;
+        let mut wholes = self.wholes.iter();
+        if wholes.any(|(whole, own)| {
+            open.may_show(whole, hides) && self.parts[parts(own)].iter().any(shows)
+        }) {
+            return true;
+        }
+        let pairs: Vec<(u32, u32)> = self.everything().casting;
+        let blocks = |beam: &Beam, (lamp, object): (u32, u32)| {
+            let ball = &self.wholes[object as usize].0;
+            self.lamps[lamp as usize].0.may_be_blocked(ball, beam)
+        };
+        distances.iter().any(|&(near, far)| {
+            let beam = self.beam(window, range(near, far));
+            let mut left = pairs.clone();
+            left.retain(|&pair| blocks(&beam, pair));
+            // A box is asked about the ball around what it may shade: short pieces.
+            const MOST_PIECES: f64 = 64.0;
+            let ratio = (far - near) / (2.0 * beam.spread * far);
+            let pieces = if ratio.is_nan() {
+                1.0
+            } else {
+                ratio.ceil().clamp(1.0, MOST_PIECES)
+            };
+            let at = |k: f64| near + (far - near) * (k / pieces);
+            !left.is_empty()
+                && (0..pieces as u32).any(|k| {
+                    let k = f64::from(k);
+                    let end = if k + 1.0 < pieces { at(k + 1.0) } else { far };
+                    let beam = self.beam(window, range(if k > 0.0 { at(k) } else { near }, end));
+                    left.iter().any(|&pair| {
+                        let sources = self.lamps[pair.0 as usize].1.clone();
+                        let own = &self.wholes[pair.1 as usize].1;
+                        blocks(&beam, pair)
+                            && sources.into_iter().any(|source| {
+                                own.clone().any(|part| self.casts(&beam, (source, part)))
+                            })
+                    })
+                })
+        })
+    }
+
     /// Surfaces hide what is behind them where all of them are known.
     fn shows(&self, beam: &Beam, range: Range, ball: &Sphere) -> bool {
         beam.may_show(ball, self.hides(range))
@@ -341,10 +420,9 @@ impl<'a> Tracer<'a> {
     fn casts(&self, beam: &Beam, (source, part): (u32, u32)) -> bool {
         let Part { ball, solid } = &self.parts[part as usize];
         let source = &self.sources[source as usize];
-        source.may_be_blocked(ball, beam)
-            && solid
-                .as_ref()
-                .is_none_or(|solid| source.may_be_blocked_by(solid, beam))
+        // The box first: it is asked about in less time.
+        let by_box = |solid: &Solid| source.may_be_blocked_by(solid, beam);
+        solid.as_ref().is_none_or(by_box) && source.may_be_blocked(ball, beam)
     }
 
     /// Marks the pixels of a window, which is cut into squares of the side number

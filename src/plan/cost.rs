@@ -17,7 +17,9 @@ use serde::{Deserialize, Serialize};
 pub use coverage::Coverage;
 pub use pool::{chunk_length, jobs, periods_at_once};
 pub use prediction::{CostsFrom, Prediction};
-pub use work::{FrameWork, Parsed, Pass, PassTotal, Picture, Seen, Survey, Work};
+pub use work::{
+    FrameWork, Parsed, Pass, PassTotal, Picture, Seen, Survey, Work, description_bytes,
+};
 
 use super::{Plan, Wishes};
 use crate::stage::Stage;

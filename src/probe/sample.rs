@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use decor_api::{
-    AdapterError, Layer, LayerRequest, LayerShot, Output, Region, RunContext, Scene, Tally, Window,
+    AdapterError, Layer, LayerRequest, LayerShot, Light, LightKind, Output, Region, RunContext,
+    Scene, Tally, Window,
 };
 use nix::time::{ClockId, clock_gettime};
 
@@ -20,6 +21,13 @@ pub const PIXELS: f64 = 32_768.0;
 
 /// At most: more would not be more exact than the rest is.
 const MOST_PIXELS: f64 = 65_536.0;
+
+/// Of a film whose pixels take many rays, fewer are enough: it is the rays that take
+/// the time that is measured.
+const FEWEST_PIXELS: f64 = 8_192.0;
+
+/// Rays that a pixel of a plain scene may take: one seen, one to each of two lights.
+const PLAIN_RAYS: f64 = 3.0;
 
 /// The share of the film's pixels that a sample may have.
 const SHARE: f64 = 0.004;
@@ -92,9 +100,10 @@ pub fn samples(stage: &Stage, plan: &Plan) -> Vec<Sample> {
     let size = stage.size();
     let frames = plan.wishes.frames;
     let film = size.pixels() as f64 * (f64::from(frames.1 - frames.0) + 1.0);
-    let wanted = (SHARE * film).clamp(PIXELS, MOST_PIXELS);
     let number = period.start + period.len() / 2;
     let state = stage.film.frame(number);
+    let wanted = (SHARE * film).clamp(PIXELS, MOST_PIXELS);
+    let wanted = (wanted * PLAIN_RAYS / rays(stage, &state)).clamp(FEWEST_PIXELS, wanted);
     let survey = Survey::of(stage, period, &plan.wishes);
     let asker = Asker {
         stage,
@@ -145,6 +154,23 @@ pub fn samples(stage: &Stage, plan: &Plan) -> Vec<Sample> {
         samples.extend(asker.pixels(Pass::FastDepth, &seen, &scene, &blocks));
     }
     samples
+}
+
+/// About how many rays a pixel may take: the seen one, and one to each sample of each
+/// light, as often as antialiasing looks.
+fn rays(stage: &Stage, state: &FrameState<'_>) -> f64 {
+    let samples = |light: &Light| match light.kind {
+        LightKind::Area { nu, nv, .. } => f64::from(nu.max(1)) * f64::from(nv.max(1)),
+        _ => 1.0,
+    };
+    let shadows = if stage.has_shadows(state) {
+        state.lights.iter().map(samples).sum()
+    } else {
+        0.0
+    };
+    // Most pixels have no edge.
+    let looks = if state.antialias.is_some() { 2.0 } else { 1.0 };
+    (looks * (1.0 + shadows)).max(PLAIN_RAYS)
 }
 
 /// Does a plan have a fast layer to look at?

@@ -106,6 +106,11 @@ impl Execution<'_> {
             blocks.insert(number, set);
             masks.extend(mask.map(|mask| (number, mask)));
         }
+        tracing::debug!(
+            ?frames,
+            blocks = ?blocks.values().map(|b| b.numbers().len()).collect::<Vec<_>>(),
+            "influenced"
+        );
         let shades = match early {
             Some(ground) => self.shades(period, frames.clone(), ground, &masks, &blocks)?,
             None => Shades::new(),
@@ -168,8 +173,11 @@ impl Execution<'_> {
                     }
                     if let Some(blocks) = blocks.get(&number).filter(|b| !b.is_empty()) {
                         let seen = seen_in(self.stage, &self.plan.wishes, &state, blocks);
+                        let spared = self.spared_in(ground, period, &state, blocks);
+                        tracing::debug!(number, spared = spared.len(), "spared");
                         let scene = self.stage.scene(&state, |object| {
-                            seen.as_ref().is_none_or(|seen| seen.contains(&object.id))
+                            let is_seen = seen.as_ref().is_none_or(|s| s.contains(&object.id));
+                            is_seen && !spared.contains(&object.id)
                         });
                         let scene = Arc::new(scene);
                         for region in self.stage.regions(blocks) {

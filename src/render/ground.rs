@@ -3,18 +3,21 @@
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, OnceLock};
 
-use decor_api::{AdapterError, Camera, Instance, Layer, Window};
+use decor_api::{AdapterError, Camera, Instance, Layer, Size, Window};
 
 use super::RenderError;
 use super::called::{Calls, Drawn};
 use super::chunk::Pass;
 use super::execution::Execution;
-use super::influenced::{Blocks, Samples};
+use super::influenced::Blocks;
 use super::joint::Joint;
 use super::shading::Lighting;
 use super::shown::decor_objects;
+use super::spared::Spared;
+use super::surfaces::Surfaces;
 use crate::dissolve::{Backdrop, Dissolve};
 use crate::frames::{Canvas, Encoder, Ground, Still, WriteError, name, write_safely};
+use crate::influence::{Depths, Ranges};
 use crate::merge::{Patch, merge_onto};
 use crate::plan::{BlockSet, Period};
 use crate::shadow::Shade;
@@ -49,8 +52,12 @@ pub struct PeriodGround {
     pub view: DecorView,
     /// `None` without a décor.
     decor: Option<Arc<Layer>>,
-    /// The décor's depth between the pixels' centres, where that is asked for.
-    samples: Option<Arc<Samples>>,
+    /// The décor's depth, where its own layer does not have all of it.
+    surfaces: Option<Arc<Surfaces>>,
+    /// The ranges of these depths, once they are asked for.
+    ranges: OnceLock<Ranges>,
+    /// What need not be drawn in every block.
+    pub spared: Option<Spared>,
     dissolve: Option<Dissolve>,
     /// The décor light by light, where a shadow map is made; and its target.
     lighting: Option<Arc<Lighting>>,
@@ -116,9 +123,22 @@ impl PeriodGround {
     }
 
     /// The décor's depth, where it has one.
-    pub fn depths(&self) -> Option<(&Layer, Option<&Samples>)> {
-        let decor = self.decor.as_deref().filter(|d| d.depth.is_some())?;
-        Some((decor, self.samples.as_deref()))
+    pub fn depths(&self, size: Size, antialiased: bool) -> Option<Depths<'_>> {
+        let surfaces = self.surfaces.as_deref();
+        let centres = match surfaces.and_then(|s| s.centres.as_ref()) {
+            Some(centres) => centres,
+            None => self.decor.as_deref().filter(|d| d.depth.is_some())?,
+        };
+        let samples = surfaces.and_then(|s| s.samples.as_ref());
+        let mut depths = match samples.filter(|_| antialiased) {
+            Some((samples, per_side)) => Depths::with_samples(centres, samples, *per_side),
+            None => Depths::at_centres(centres),
+        };
+        if let Some(within) = surfaces.and_then(|s| s.within.as_ref()) {
+            depths = depths.within(&within.reached, &within.known);
+        }
+        let found = || Ranges::of(&depths, size, antialiased);
+        Some(depths.with_ranges(self.ranges.get_or_init(found)))
     }
 
     fn dissolve_at(&self, number: u32) -> Option<(&Dissolve, u32)> {
@@ -137,7 +157,7 @@ impl Execution<'_> {
         ends: Option<&Joint>,
     ) -> PeriodGround {
         let decor = begins.and_then(|joint| joint.decor.clone());
-        let samples = begins.and_then(|joint| joint.samples.clone());
+        let surfaces = begins.and_then(|joint| joint.surfaces.clone());
         let target = ends.and_then(|joint| joint.target.clone());
         let (size, encoder) = (self.stage.size(), self.encoder());
         let picture = |known: Option<&Still>, layer: &Layer| {
@@ -177,7 +197,9 @@ impl Execution<'_> {
             start: period.start,
             view,
             decor,
-            samples,
+            surfaces,
+            ranges: OnceLock::new(),
+            spared: self.spared(period),
             dissolve,
             lighting: begins.and_then(|joint| joint.lighting.clone()),
             target_lighting: ends.and_then(|joint| joint.target_lighting.clone()),

@@ -3,26 +3,18 @@
 
 use std::collections::HashMap;
 
-use decor_api::{Layer, Optics, Prototype};
+use decor_api::{Optics, Prototype};
 
 use super::execution::Execution;
 use super::ground::PeriodGround;
 use super::shown::decor_objects;
 use crate::film::ObjectState;
-use crate::influence::{Cause, Changed, Depths, Influence, Mask, Still, influence, is_slender};
+use crate::influence::{Cause, Influence, Mask, Still, influence, is_slender};
 use crate::motion::screen_box;
 use crate::plan::{BlockSet, FramePlan, Mode, Period, ShadowPlan};
 
 /// The blocks of some frames that are rendered from the full scene.
 pub type Blocks = HashMap<u32, BlockSet>;
-
-/// The depth between the pixels' centres, in a picture so many times as large.
-pub struct Samples {
-    /// The depth.
-    pub layer: Layer,
-    /// How many there are along a pixel's side.
-    pub per_side: u32,
-}
 
 impl Execution<'_> {
     /// Do the blocks of these frames depend on the décor's depth?
@@ -83,17 +75,16 @@ impl Execution<'_> {
         ground: &PeriodGround,
     ) -> Option<(BlockSet, Option<Mask>)> {
         let size = self.stage.size();
-        let (centres, samples) = ground.depths()?;
         let state = self.stage.film.frame(number);
+        let antialiased = state.antialias.is_some();
+        let depths = ground.depths(size, antialiased)?;
         // The décor is seen as it was, by the observer of then.
         let view = &ground.view;
         let kept = decor_objects(period);
         let (mut changed, mut optical, mut slender) = (Vec::new(), Vec::new(), Vec::new());
         for object in &state.objects {
             if !kept.contains(&object.id) && !period.resting.contains(&object.id) {
-                let prototype = self.stage.prototype(object);
-                let parts = self.stage.parts(object);
-                changed.push(Changed::placed(prototype, parts, &object.pose));
+                changed.push(self.stage.changed(object));
             }
         }
         for shown in &view.instances {
@@ -102,11 +93,10 @@ impl Execution<'_> {
             if self.may_mirror(prototype) {
                 optical.push(screen_box(&bounds, &view.camera, size).window());
             }
-            if samples.is_none() && is_slender(prototype, &shown.pose, &view.camera, size) {
+            if !depths.has_samples() && is_slender(prototype, &shown.pose, &view.camera, size) {
                 slender.push(bounds);
             }
         }
-        let antialiased = state.antialias.is_some();
         let side = self.stage.block_side(&self.plan.wishes);
         let still = Still {
             camera: &view.camera,
@@ -115,12 +105,7 @@ impl Execution<'_> {
             shadows: state.shadows,
             antialiased,
             by_blocks: (shadows.replaces_boxes && period.still).then_some(side),
-            depths: match samples {
-                Some(samples) if antialiased => {
-                    Depths::with_samples(centres, &samples.layer, samples.per_side)
-                }
-                _ => Depths::at_centres(centres),
-            },
+            depths,
             optical: &optical,
             slender: if antialiased { &slender } else { &[] },
         };

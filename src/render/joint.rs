@@ -7,14 +7,14 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Size, Window};
+use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window};
 
 use super::RenderError;
 use super::execution::{Execution, join, only};
 use super::ground::block_of;
-use super::influenced::Samples;
 use super::shading::Lighting;
-use super::shown::{Shown, decor_objects};
+use super::shown::Shown;
+use super::surfaces::Surfaces;
 use crate::dissolve::Backdrop;
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::frames::Still;
@@ -26,17 +26,13 @@ use crate::segmentation::Class;
 /// more than this share of the picture: their depth has a price too.
 const PARTICULAR_SHARE: f64 = 0.5;
 
-/// Places between pixels whose depth is kept, at most: each is worth 28 bytes
-/// while it is read.
-const MOST_SAMPLES: f64 = (12 << 20) as f64;
-
 /// What was rendered at a joint.
 #[derive(Default)]
 pub struct Joint {
     /// The décor of the period that begins.
     pub decor: Option<Arc<Layer>>,
-    /// The depth of that décor between the pixels' centres, where it is asked for.
-    pub samples: Option<Arc<Samples>>,
+    /// The depth of that décor, where its own layer does not have all of it.
+    pub surfaces: Option<Arc<Surfaces>>,
     /// What the décor of the period that ends has turned into.
     pub target: Option<Arc<Layer>>,
     /// The décor as the frames' files have it, where its colours were let go.
@@ -135,7 +131,7 @@ impl Execution<'_> {
             if same && old == new {
                 let layer = Arc::new(self.decor(begins.start, &new, depth, "decor")?);
                 return Ok(Joint {
-                    samples: self.samples(begins)?.map(Arc::new),
+                    surfaces: self.surfaces(begins, None)?.map(Arc::new),
                     decor: Some(Arc::clone(&layer)),
                     target: Some(layer),
                     ..Joint::default()
@@ -156,7 +152,9 @@ impl Execution<'_> {
                 }
             }
         }
-        let (decor, target, samples) = std::thread::scope(|scope| {
+        let reached = wanted.begins.and_then(|period| self.reached(period));
+        let is_apart = reached.is_some();
+        let (decor, target, surfaces) = std::thread::scope(|scope| {
             let target = wanted.ends.and_then(|period| {
                 let until = period.dissolve_until?;
                 Some(scope.spawn(move || {
@@ -164,17 +162,17 @@ impl Execution<'_> {
                     self.picture(until, scene, self.depth_of(period), "target")
                 }))
             });
-            let samples = wanted
+            let surfaces = wanted
                 .begins
-                .map(|period| scope.spawn(|| self.samples(period)));
+                .map(|period| scope.spawn(move || self.surfaces(period, reached)));
             let decor = wanted.begins.map(|period| {
-                let depth = self.depth_of(period);
+                let depth = !is_apart && self.depth_of(period);
                 self.decor(period.start, &Shown::by(period), depth, "decor")
             });
-            (decor, target.map(join), samples.map(join))
+            (decor, target.map(join), surfaces.map(join))
         });
         Ok(Joint {
-            samples: samples.transpose()?.flatten().map(Arc::new),
+            surfaces: surfaces.transpose()?.flatten().map(Arc::new),
             decor: decor.transpose()?.map(Arc::new),
             target: target.transpose()?.map(Arc::new),
             ..Joint::default()
@@ -377,40 +375,6 @@ impl Execution<'_> {
             film: None,
             label,
         }
-    }
-
-    /// The depth of a period's décor at the places where antialiasing looks,
-    /// where the blocks of its frames depend on nothing else.
-    fn samples(&self, period: &Period) -> Result<Option<Samples>, RenderError> {
-        let Some(antialias) = self.stage.antialias() else {
-            return Ok(None);
-        };
-        let size = self.stage.size();
-        let per_side = antialias.depth;
-        let pixels = size.pixels() as f64 * f64::from(per_side) * f64::from(per_side);
-        let side = |pixels: u32| pixels.checked_mul(per_side).filter(|&p| p <= 65_535);
-        let (Some(width), Some(height)) = (side(size.width), side(size.height)) else {
-            return Ok(None);
-        };
-        if !period.replaces_boxes() || !period.still || pixels > MOST_SAMPLES {
-            return Ok(None);
-        }
-        let state = self.stage.film.frame(period.start);
-        let kept = decor_objects(period);
-        let scene = Arc::new(self.stage.scene(&state, |object| kept.contains(&object.id)));
-        let large = Size { width, height };
-        let region = Region::Window(large.window());
-        let label = format!("samples_{:04}", period.start);
-        let request = LayerRequest {
-            size: large,
-            antialias: None,
-            ..self.request_of(period.start, &scene, &region, Output::Depth, label)
-        };
-        self.traced
-            .depth
-            .fetch_add(large.pixels() as u64, Ordering::Relaxed);
-        let layer = only(self.call(&request, None)?)?;
-        Ok(Some(Samples { layer, per_side }))
     }
 
     /// Some objects of a frame with all that surrounds them, in the whole

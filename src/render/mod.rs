@@ -19,6 +19,8 @@ mod schedule;
 mod shading;
 mod shown;
 mod slots;
+mod spared;
+mod surfaces;
 
 pub(crate) use execution::{Execution, join};
 pub(crate) use ground::PeriodGround;

@@ -2,6 +2,7 @@
 //! pictures of the reference and of POV-Ray.
 
 mod povray;
+mod reach;
 mod reference;
 mod scenes;
 mod tight;

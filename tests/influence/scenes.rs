@@ -102,7 +102,8 @@ fn boxes(prototype: &Prototype) -> Vec<Extent> {
     around.collect()
 }
 
-fn smaller(extent: &Extent, share: f64) -> Extent {
+/// A box so many times as large.
+pub fn smaller(extent: &Extent, share: f64) -> Extent {
     let (middle, half) = (
         (extent.min + extent.max) * 0.5,
         (extent.max - extent.min) * 0.5,

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use decor_api::NativeFile;
 
+use crate::scene_text::with_newline;
 use crate::sources::{Included, Library, includes, tree};
-use crate::tokens::{Kind, Token, tokens};
+use crate::tokens::{Kind, Token, has_directives, tokens};
 
 /// POV-Ray 3.7 reads identifiers of up to this many characters.
 const LONGEST_NAME: usize = 40;
@@ -24,7 +25,7 @@ pub fn isolate(
     let library_texts = library_texts(&tree.library, library);
     let library_names: Vec<Declared> = library_texts
         .iter()
-        .flat_map(|text| declared(&tokens(text)))
+        .flat_map(|text| declared_in(text))
         .collect();
     let defined = |name: &[u8]| library_names.iter().any(|d| d.name == name);
     let is_library_macro = |name: &[u8]| library_names.iter().any(|d| d.name == name && d.is_macro);
@@ -35,14 +36,14 @@ pub fn isolate(
     let film_words: HashSet<Vec<u8>> = film_includes
         .iter()
         .flat_map(|file| crate::sources::tree(file, library).own)
-        .flat_map(|(_, text)| declared(&tokens(&text)))
+        .flat_map(|(_, text)| declared_in(&text))
         .map(|name| name.name)
         .collect();
 
     let mut renamed: BTreeMap<Vec<u8>, String> = BTreeMap::new();
     let mut inherited: Vec<Vec<u8>> = Vec::new();
     for (_, text) in &tree.own {
-        for Declared { name, is_macro } in declared(&tokens(text)) {
+        for Declared { name, is_macro } in declared_in(text) {
             // What the library only reads may be a parameter of its own.
             let is_parameter = kept.contains(&name) && !defined(&name);
             if is_parameter || renamed.contains_key(&name) {
@@ -114,6 +115,9 @@ fn rewrite(
     root: &Path,
     behind_includes: &str,
 ) -> Vec<u8> {
+    if renamed.is_empty() && !has_directives(text) {
+        return with_newline(text);
+    }
     let found = tokens(text);
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut replaced: HashMap<usize, String> = HashMap::new();
@@ -156,12 +160,20 @@ fn rewrite(
 }
 
 fn states_version(text: &[u8]) -> bool {
-    tokens(text).iter().any(|token| token.is("#version"))
+    has_directives(text) && tokens(text).iter().any(|token| token.is("#version"))
 }
 
 struct Declared {
     name: Vec<u8>,
     is_macro: bool,
+}
+
+fn declared_in(text: &[u8]) -> Vec<Declared> {
+    if has_directives(text) {
+        declared(&tokens(text))
+    } else {
+        Vec::new()
+    }
 }
 
 fn declared(found: &[Token<'_>]) -> Vec<Declared> {

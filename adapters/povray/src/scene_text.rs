@@ -181,6 +181,8 @@ pub struct Shared<'a> {
     pub prototypes: &'a PrototypeTable,
     /// Which of it is placed in any frame.
     pub used: BTreeSet<PrototypeId>,
+    /// The same of each frame, where they differ.
+    pub by_frame: Vec<BTreeSet<PrototypeId>>,
     /// Declarations.
     pub includes: &'a [NativeFile],
     /// What surrounds the scene, where that is drawn.
@@ -200,6 +202,7 @@ impl<'a> Shared<'a> {
         Self {
             prototypes,
             used: placed.map(|i| i.prototype).collect(),
+            by_frame: Vec::new(),
             includes: &[],
             sky: None,
             looks: Looks::Written,
@@ -216,9 +219,33 @@ impl<'a> Shared<'a> {
                 shared.sky = scene.sky.as_ref();
             }
             let placed = scene.instances.iter().chain(&scene.hidden);
-            shared.used.extend(placed.map(|i| i.prototype));
+            let used: BTreeSet<PrototypeId> = placed.map(|i| i.prototype).collect();
+            shared.used.extend(&used);
+            shared.by_frame.push(used);
         }
         shared
+    }
+
+    /// The frames that place a prototype, as POV-Ray's condition; `None`: all do. A
+    /// file that stands under a condition that fails is not even opened.
+    fn only_in(&self, id: PrototypeId, numbering: Numbering) -> Option<String> {
+        let places = |used: &BTreeSet<PrototypeId>| used.contains(&id);
+        if self.by_frame.iter().all(places) {
+            return None;
+        }
+        let placed = (0..).zip(&self.by_frame).filter(|(_, used)| places(used));
+        let mut runs: Vec<(u32, u32)> = Vec::new();
+        for (k, _) in placed {
+            let number = numbering.frame(k);
+            match runs.last_mut() {
+                Some((_, last)) if *last + 1 == number => *last = number,
+                _ => runs.push((number, number)),
+            }
+        }
+        let runs = runs
+            .iter()
+            .map(|(first, last)| format!("((frame_number >= {first}) & (frame_number <= {last}))"));
+        Some(runs.collect::<Vec<_>>().join(" | "))
     }
 }
 
@@ -399,6 +426,13 @@ impl Writer<'_> {
             if prototype.bounds == Bounds::Empty {
                 continue;
             }
+            let only_in = match numbering.film {
+                Some(_) if !self.stateful => shared.only_in(id, numbering),
+                _ => None,
+            };
+            if let Some(frames) = &only_in {
+                main.push_str(&format!("#if ({frames})\n"));
+            }
             match &prototype.geometry {
                 Geometry::Neutral(csg) => {
                     main.push_str(&format!(
@@ -415,6 +449,9 @@ impl Writer<'_> {
                     ));
                     parts.extend(isolate(&fragment.file, includes, self.library, &stem));
                 }
+            }
+            if only_in.is_some() {
+                main.push_str("#end\n");
             }
         }
         match numbering.film {

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use decor_api::NativeFile;
 
-use crate::tokens::{Kind, Token, tokens};
+use crate::tokens::{Kind, Token, has_directives, tokens};
 
 /// What an `#include` leads to.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -123,7 +123,12 @@ pub fn tree(file: &NativeFile, library: &Library) -> Tree {
             continue;
         }
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        for (_, included) in includes(&tokens(&text), library, &folder, &file.root) {
+        let found = if has_directives(&text) {
+            includes(&tokens(&text), library, &folder, &file.root)
+        } else {
+            Vec::new()
+        };
+        for (_, included) in found {
             match included {
                 Included::Own(own) => match std::fs::read(&own) {
                     Ok(text) => open.push((own, text)),

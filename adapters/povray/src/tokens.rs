@@ -64,6 +64,12 @@ pub fn tokens(text: &[u8]) -> Vec<Token<'_>> {
     found
 }
 
+/// Can there be a directive in `text`? A mesh is hundreds of thousands of tokens,
+/// and as a rule without one.
+pub fn has_directives(text: &[u8]) -> bool {
+    text.contains(&b'#')
+}
+
 struct Scan<'a> {
     text: &'a [u8],
     at: usize,

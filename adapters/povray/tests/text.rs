@@ -366,6 +366,55 @@ fn blocks() {
     );
 }
 
+/// What only some frames place is read in these alone, and they are the same.
+#[test]
+fn what_a_frame_does_not_place_is_not_read_for_it() {
+    let mut table = PrototypeTable::default();
+    let solid = Csg::Sphere {
+        centre: DVec3::ZERO,
+        radius: 1.0,
+    };
+    let ball = neutral(&mut table, "ball", [1.0, 0.0, 0.0], solid);
+    let bounds = Bounds::sphere(DVec3::ZERO, 2.0);
+    let text = "#local Side = 1; box { -Side, Side pigment { rgb y } }";
+    let cube = fragment(&mut table, "cube", bounds, text);
+    let both = vec![at(ball, -2.0, 0.0, 0.0), at(cube, 2.0, 0.0, 0.0)];
+    let one = vec![at(ball, -2.0, 0.0, 0.0)];
+    let scenes = [&both, &one, &both, &both].map(|placed| scene(view(), placed.clone()));
+    let povray = povray(LayerSource::StateFile);
+    let request = |scenes: &[Arc<Scene>]| LayerRequest {
+        prototypes: &table,
+        size: SIZE,
+        output: Output::ColourOverBackground,
+        antialias: None,
+        shots: (3..)
+            .zip(scenes)
+            .map(|(frame, scene)| LayerShot {
+                frame,
+                scene: Arc::clone(scene),
+                region: window(),
+            })
+            .collect(),
+        film: None,
+        label: "some".into(),
+    };
+    let main = povray.scene_text(&request(&scenes)).unwrap().files[0]
+        .1
+        .clone();
+    let main = String::from_utf8(main).unwrap();
+    let condition = "#if (((frame_number >= 1) & (frame_number <= 1)) \
+                     | ((frame_number >= 3) & (frame_number <= 4)))\n#declare Decor_P1";
+    assert!(main.contains(condition), "{main}");
+    assert_eq!(main.matches("#if").count(), 1, "{main}");
+    let (_folder, run) = context();
+    let together = povray.render(&request(&scenes), &run).unwrap();
+    for (layer, scene) in together.iter().zip(&scenes) {
+        let alone = povray.render(&request(std::slice::from_ref(scene)), &run);
+        assert_eq!(alone.unwrap()[0].colour, layer.colour);
+    }
+    assert_ne!(together[0].colour, together[1].colour);
+}
+
 #[test]
 fn numbers_read_back_the_same() {
     // POV-Ray itself is asked: a difference of one unit in the last place of a

@@ -457,7 +457,7 @@ impl<'a> Survey<'a> {
             casts: wishes.mode != Mode::Preview,
             bytes: table
                 .iter()
-                .map(|(id, prototype)| (id, bytes(&prototype.geometry)))
+                .map(|(id, prototype)| (id, description_bytes(&prototype.geometry)))
                 .collect(),
         }
     }
@@ -530,7 +530,7 @@ impl<'a> Survey<'a> {
 
 /// What a description takes to read: the bytes of its text, or of the text that
 /// an adapter would write, roughly. What a byte costs is measured.
-fn bytes(geometry: &Geometry) -> f64 {
+pub fn description_bytes(geometry: &Geometry) -> f64 {
     const NODE_BYTES: f64 = 60.0;
     const TRIANGLE_BYTES: f64 = 40.0;
     fn tree(csg: &Csg) -> f64 {
