@@ -23,7 +23,7 @@ pub const ENDINGS: [&str; 8] = ["inc", "pov", "ron", "obj", "ply", "stl", "gltf"
 const TRIED: [&str; 3] = ["inc", "pov", "ron"];
 
 /// Under what the cache keeps what a renderer said of a fragment.
-const KIND: &str = "inspection-4";
+const KIND: &str = "inspection-5";
 
 /// The objects of a film.
 #[derive(Clone, Debug, Default)]

@@ -307,14 +307,14 @@ impl<'a> LayerCall<'a> {
         window_of(region, self.request.size)
     }
 
-    /// The size of the picture that POV-Ray renders, and the numbers that the
+    /// The size of the part that POV-Ray renders, and the numbers that the
     /// blocks of a region have there; `None` for a window.
     fn mask(&self, framing: Framing, region: &Region) -> Option<(Blocks, Size)> {
         let Region::Blocks(blocks) = region else {
             return None;
         };
         let (size, side) = (self.request.size, blocks.side);
-        let Framing::Crop { padded, .. } = framing else {
+        let Framing::Crop { cut, .. } = framing else {
             return Some((blocks.clone(), size));
         };
         let columns = |size: Size| size.width.div_ceil(side);
@@ -322,13 +322,13 @@ impl<'a> LayerCall<'a> {
         let (left, top) = (around.x / side, around.y / side);
         let moved = blocks.numbers.iter().map(|id| {
             let (column, row) = (id % columns(size), id / columns(size));
-            (row - top) * columns(padded) + (column - left)
+            (row - top) * columns(cut) + (column - left)
         });
         let moved = Blocks {
             side,
             numbers: moved.collect(),
         };
-        Some((moved, padded))
+        Some((moved, cut))
     }
 
     /// The side of the blocks of all shots, where some are asked for.

@@ -2,6 +2,7 @@
 
 use decor_api::{NativeFile, SceneText};
 
+use crate::inlined::inlined;
 use crate::isolate::isolate;
 use crate::scene_text::{MAIN, with_newline};
 use crate::sources::Library;
@@ -52,7 +53,8 @@ pub fn extents(
         let mut files = isolate(fragment, includes, library, &stem);
         if let (Question::Objects, Some((_, text))) = (question, files.first_mut()) {
             let after = format!(" Decor_Box(\"{k}\", Decor_Object)");
-            if let Some(told_apart) = rewritten(text, "#declare Decor_Object = ", &after) {
+            let before = "#declare Decor_Object = ";
+            if let Some(told_apart) = rewritten(&inlined(text), before, &after) {
                 *text = told_apart;
             }
         }

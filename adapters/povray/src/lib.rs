@@ -22,6 +22,7 @@ pub mod depth;
 pub mod encode;
 mod extents;
 mod health;
+mod inlined;
 mod inspect;
 mod isolate;
 mod light;

@@ -135,10 +135,7 @@ impl Framing {
         let padded = padded(cut.width, cut.height);
         let same_blocks = request.antialias.is_none() || !is_cut;
         if masked && same_blocks && 2 * padded.pixels() <= size.pixels() {
-            Self::Crop {
-                padded,
-                cut: padded,
-            }
+            Self::Crop { padded, cut }
         } else if masked || cut == size {
             Self::Full
         } else {
