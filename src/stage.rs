@@ -19,6 +19,11 @@ use crate::silhouette::silhouette;
 /// something too, also one that is not drawn.
 const FINEST: u32 = 8;
 
+/// Pictures with fewer pixels are drawn in usual blocks: there a picture in a call
+/// costs more than its pixels, and periods with many small blocks, which are priced by
+/// their pixels, turned out dearer than whole frames.
+const LARGE_PIXELS: usize = 256 * (BLOCK * BLOCK) as usize;
+
 /// Why there is nothing to film.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StageError {
@@ -266,7 +271,8 @@ impl Stage {
             Mode::Preview => false,
         };
         let depends = self.antialias().is_some() || is_own && self.is_ever_shaded();
-        if can.block_mask && !depends {
+        let is_large = self.size().pixels() >= LARGE_PIXELS;
+        if can.block_mask && is_large && !depends {
             can.finest_block.clamp(FINEST, BLOCK)
         } else {
             BLOCK
