@@ -99,10 +99,10 @@ fn what_is_counted_is_what_is_rendered() {
         near(passes(&["decor"], "pixels"), traced("decor"));
         assert_eq!(passes(&["fast"], "pixels"), traced("fast"), "{case}");
         // Where the décor's depth tells which blocks are needed, it is rendered where
-        // that can matter, and before nobody knows either.
+        // that can matter; before, how much is hidden is a guess.
         let by_depth = wishes.contains(&"exact");
         let (expected, blocks) = (passes(&["blocks"], "pixels"), traced("blocks"));
-        let room = if by_depth { 0.25 * blocks } else { 0.0 };
+        let room = if by_depth { 0.35 * blocks } else { 0.0 };
         let off = (expected - blocks).abs();
         assert!(off <= room, "{case}: {expected} planned, {blocks} traced");
         assert_eq!(passes(&["whole"], "pixels"), traced("whole"), "{case}");
