@@ -461,9 +461,7 @@ impl Maker<'_> {
         } else if way == Way::ByDepth && !blocks.is_empty() {
             let screens = Screens::of(self.stage, state, classes);
             let (seen, all) = screens.seen(self.stage, state, classes, self.wishes);
-            // A ball hides less than its box.
-            const HIDES: f64 = 0.5;
-            let hidden = HIDES * (all.pixels() - seen.pixels()) as f64;
+            let hidden = (all.pixels() - seen.pixels()) as f64;
             Some(ShadowPlan {
                 expected_pixels: blocks.pixels() as f64 - hidden,
                 replaces_boxes: true,

@@ -3,11 +3,10 @@
 
 use std::collections::HashMap;
 
-use decor_api::{Bounds, Camera, Sphere};
+use decor_api::Window;
 
 use super::{BlockSet, Wishes};
-use crate::film::{FrameState, ObjectId};
-use crate::motion::screen_box;
+use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::segmentation::Class;
 use crate::stage::Stage;
 
@@ -15,33 +14,47 @@ use crate::stage::Stage;
 /// something: looking would cost more than it wins.
 const MOST_OBJECTS: usize = 500;
 
-/// The décor's objects that can hide something: the balls around them.
-pub struct Screens(Vec<Sphere>);
+/// The décor's objects that can hide something: how far the middle of each is, and
+/// the rectangles that it is seen in.
+pub struct Screens(Vec<(f64, Vec<Window>)>);
 
 impl Screens {
     /// Those of a frame. What has no end hides nothing that is before it, as a rule.
     pub fn of(stage: &Stage, state: &FrameState<'_>, classes: &HashMap<ObjectId, Class>) -> Self {
         let stays = |id: &ObjectId| classes.get(id).is_some_and(|class| class.in_decor());
-        let those = state.objects.iter().filter(|o| stays(&o.id));
-        let balls = those.filter_map(|object| {
-            let bounds = stage.prototype(object).bounds.posed(&object.pose);
-            bounds.as_sphere().copied()
-        });
-        let mut balls: Vec<Sphere> = balls.collect();
-        if balls.len() > MOST_OBJECTS {
-            balls.clear();
+        let those = || state.objects.iter().filter(|o| stays(&o.id));
+        if those().count() > MOST_OBJECTS {
+            return Self(Vec::new());
         }
-        Self(balls)
+        let screens = those().filter_map(|object| {
+            let seen = stage.silhouette(object, &state.camera);
+            // Not where its ball begins: a floor's is near everywhere, and hides nothing.
+            let (middle, _) = ball(stage, state, object)?;
+            Some((middle, seen))
+        });
+        Self(screens.collect())
     }
 
-    /// The blocks of the boxes around those that begin nearer than a ball.
-    pub fn before(&self, ball: &Sphere, camera: &Camera, mut blocks: BlockSet) -> BlockSet {
-        let near = |ball: &Sphere| ball.centre.distance(camera.eye) - ball.radius;
-        for screen in self.0.iter().filter(|screen| near(screen) < near(ball)) {
-            let bounds = Bounds::Sphere(*screen);
-            blocks.insert(screen_box(&bounds, camera, blocks.size()).window());
+    /// Can they hide all of an object? Not where it has no end, or is not seen.
+    pub fn may_hide(
+        &self,
+        stage: &Stage,
+        state: &FrameState<'_>,
+        object: &ObjectState<'_>,
+        mut none: BlockSet,
+    ) -> bool {
+        let Some((middle, radius)) = ball(stage, state, object) else {
+            return false;
+        };
+        let near = middle - radius;
+        let window = stage.window(object, &state.camera);
+        if window.is_empty() {
+            return false;
         }
-        blocks
+        for (_, windows) in self.0.iter().filter(|screen| screen.0 < near) {
+            none.insert_all(windows.iter().copied());
+        }
+        none.contains(window)
     }
 
     /// About in which blocks what is fast can be seen, and in which it would be if
@@ -53,18 +66,24 @@ impl Screens {
         classes: &HashMap<ObjectId, Class>,
         wishes: &Wishes,
     ) -> (BlockSet, BlockSet) {
-        let (mut seen, mut all) = (stage.no_blocks(wishes), stage.no_blocks(wishes));
+        let none = || stage.no_blocks(wishes);
+        let (mut seen, mut all) = (none(), none());
         let is_fast = |id: &ObjectId| classes.get(id) == Some(&Class::Fast);
         for object in state.objects.iter().filter(|o| is_fast(&o.id)) {
-            let mut own = stage.no_blocks(wishes);
-            own.insert_all(stage.silhouette(object, &state.camera));
-            all = all.union(&own);
-            let bounds = stage.prototype(object).bounds.posed(&object.pose);
-            if let Some(ball) = bounds.as_sphere() {
-                own = own.without(&self.before(ball, &state.camera, stage.no_blocks(wishes)));
+            let own = stage.silhouette(object, &state.camera);
+            all.insert_all(own.iter().copied());
+            if !self.may_hide(stage, state, object, none()) {
+                seen.insert_all(own);
             }
-            seen = seen.union(&own);
         }
         (seen, all)
     }
+}
+
+/// How far the ball around an object is, and its radius; nothing without an end has
+/// one.
+fn ball(stage: &Stage, state: &FrameState<'_>, object: &ObjectState<'_>) -> Option<(f64, f64)> {
+    let bounds = stage.prototype(object).bounds.posed(&object.pose);
+    let ball = bounds.as_sphere()?;
+    Some((ball.centre.distance(state.camera.eye), ball.radius))
 }

@@ -27,20 +27,9 @@ impl Execution<'_> {
         let state = self.stage.film.frame(number);
         let screens = Screens::of(self.stage, &state, &classes);
         let is_fast = |id: &ObjectId| classes.get(id).is_none_or(|class| !class.in_decor());
-        state
-            .objects
-            .iter()
-            .filter(|o| is_fast(&o.id))
-            .any(|object| {
-                let bounds = self.stage.prototype(object).bounds.posed(&object.pose);
-                let Some(ball) = bounds.as_sphere() else {
-                    return false;
-                };
-                let window = self.stage.window(object, &state.camera);
-                let before =
-                    screens.before(ball, &state.camera, self.stage.no_blocks(&self.plan.wishes));
-                !window.is_empty() && before.contains(window)
-            })
+        let mut fast = state.objects.iter().filter(|o| is_fast(&o.id));
+        let none = || self.stage.no_blocks(&self.plan.wishes);
+        fast.any(|object| screens.may_hide(self.stage, &state, object, none()))
     }
 
     /// Which of the objects are seen nowhere in a frame, because what the frame
