@@ -2,19 +2,17 @@
 //! file is ever half there.
 
 mod canvas;
-mod transfer;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use decor_api::{Adapter, Layer, PictureFormat, Size};
+use decor_api::{Adapter, Layer, Picture, PictureFormat, Size, Transfer, Window};
 
 use crate::dissolve::Dissolve;
 use crate::layer::{LayerFileError, write_exr};
 use crate::merge::Patch;
 pub use canvas::Canvas;
-use transfer::Transfer;
 
 /// Why a frame cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -307,6 +305,27 @@ impl Encoder<'_> {
         Still(Arc::new(Content::of(layer, self, transfer.as_ref())))
     }
 
+    /// The whole picture as the renderer has encoded it for files of this format.
+    pub fn still_of(&self, whole: Picture) -> Still {
+        Still(Arc::new(Content::Encoded(whole.bytes)))
+    }
+
+    /// The same with windows of another picture laid onto it.
+    pub fn laid(
+        &self,
+        picture: Still,
+        size: Size,
+        over: &Picture,
+        windows: impl Iterator<Item = Window>,
+    ) -> Still {
+        let ground = Ground::of(picture, None, size, self);
+        let mut canvas = self.canvas(&ground, None);
+        for window in windows {
+            canvas.lay_picture(over, window);
+        }
+        Still(Arc::new(canvas.content))
+    }
+
     /// Does a pixel look different in two pictures of the same size?
     pub fn differs(&self, one: &Still, other: &Still, pixel: usize) -> bool {
         match (&*one.0, &*other.0) {
@@ -336,7 +355,8 @@ impl Encoder<'_> {
 
     /// The table of 8-bit pictures.
     fn transfer(&self) -> Option<Transfer> {
-        (self.format == PictureFormat::Png).then(|| Transfer::of(self.adapter))
+        let encode = |linear: f32| self.adapter.encode(linear, 255);
+        (self.format == PictureFormat::Png).then(|| Transfer::of(encode))
     }
 
     /// Linear pixels as the picture's bytes. One core does it: frames are many,
@@ -350,9 +370,10 @@ impl Encoder<'_> {
                 }
             }
         } else if let Some(transfer) = transfer {
+            let renderer = |linear: f32| self.adapter.encode(linear, 255);
             for (bytes, colour) in bytes.chunks_exact_mut(3).zip(colour) {
                 for (byte, &linear) in bytes.iter_mut().zip(colour) {
-                    *byte = transfer.encode(linear, self.adapter);
+                    *byte = transfer.encode(linear, renderer);
                 }
             }
         }
@@ -373,6 +394,23 @@ mod tests {
             window: SIZE.window(),
             colour: vec![[red, 0.5, 0.1, 1.0]; SIZE.pixels()],
             depth: None,
+        }
+    }
+
+    #[test]
+    fn frames_of_8_bits_are_encoded_as_the_renderer_says() {
+        let adapter = crate::renderers::find("reference").unwrap();
+        let encoder = Encoder {
+            adapter: &*adapter,
+            format: PictureFormat::Png,
+        };
+        let linear = (0..1 << 18).map(|k: u32| f32::from_bits(k << 12 | k & 0xfff));
+        let colour: Vec<[f32; 4]> = linear.map(|value| [value; 4]).collect();
+        let mut bytes = vec![0; 3 * colour.len()];
+        encoder.encode(&colour, encoder.transfer().as_ref(), &mut bytes);
+        for (bytes, colour) in bytes.chunks_exact(3).zip(colour) {
+            let want = adapter.encode(colour[0], 255) as u8;
+            assert_eq!(bytes, [want; 3], "{:e}", colour[0]);
         }
     }
 

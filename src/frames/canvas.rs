@@ -1,7 +1,7 @@
 //! A frame while it is put together, in the numbers of its file: it begins as its
 //! ground, what changes is laid onto it, and nothing else is held of it.
 
-use decor_api::{Layer, Picture, Window};
+use decor_api::{Layer, Picture, Transfer, Window};
 
 use super::{Content, Encoder, Ground, single};
 use crate::dissolve::Dissolve;
@@ -146,11 +146,7 @@ impl Canvas<'_> {
 
 impl Content {
     /// A layer's pixels as a file has them.
-    pub(super) fn of(
-        layer: &Layer,
-        encoder: &Encoder<'_>,
-        ground: Option<&super::Transfer>,
-    ) -> Self {
+    pub(super) fn of(layer: &Layer, encoder: &Encoder<'_>, transfer: Option<&Transfer>) -> Self {
         let colour = layer.colour.as_deref().unwrap_or_default();
         if encoder.has_depth() {
             return Self::Linear {
@@ -159,7 +155,7 @@ impl Content {
             };
         }
         let mut bytes = vec![0; colour.len() * encoder.pixel_bytes()];
-        encoder.encode(colour, ground, &mut bytes);
+        encoder.encode(colour, transfer, &mut bytes);
         Self::Encoded(bytes)
     }
 }

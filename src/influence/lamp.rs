@@ -232,6 +232,13 @@ fn blocks_lamp(ball: &Sphere, beam: &Beam, lamp: DVec3, lamp_radius: f64) -> boo
     } else if beam.near == beam.far {
         segment_squared(c, near, lamp)
     } else {
+        // All of the triangle is near the segment from the middle of its far side: as
+        // a rule that is answer enough, and takes a third of the time.
+        let half = 0.5 * (beam.far - beam.near);
+        let middle = segment_squared(c, (near + far) * 0.5, lamp);
+        if is_clear(middle, (r + slack + half) * (1.0 + ROUNDING)) {
+            return false;
+        }
         triangle_squared(c, near, far, lamp)
     };
     !is_clear(squared, r + slack)

@@ -71,20 +71,20 @@ pub fn seen_in(
     state: &FrameState<'_>,
     blocks: &BlockSet,
 ) -> Option<HashSet<ObjectId>> {
-    let abilities = stage.adapter.abilities();
-    let mut objects = state.objects.iter();
-    let optical =
-        abilities.optics && objects.any(|object| stage.prototype(object).optics != Optics::Opaque);
-    if wishes.mode != Mode::Equivalent
-        || stage.has_shadows(state)
-        || optical
-        || state.antialias.is_some()
-    {
+    if wishes.mode == Mode::Full || state.antialias.is_some() || !is_flat(stage, state) {
         return None;
     }
     let objects = state.objects.iter();
     let seen = objects.filter(|object| stage.is_seen_in(object, &state.camera, blocks));
     Some(seen.map(|object| object.id).collect())
+}
+
+/// Is what is seen in a pixel one object's alone, whatever else there is: no shadow,
+/// no mirror, no glass?
+pub fn is_flat(stage: &Stage, state: &FrameState<'_>) -> bool {
+    let is_opaque = |object| stage.prototype(object).optics == Optics::Opaque;
+    !stage.has_shadows(state)
+        && (!stage.adapter.abilities().optics || state.objects.iter().all(is_opaque))
 }
 
 fn wider(window: Window, by: u32) -> Window {

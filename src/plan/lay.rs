@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use decor_api::{Bounds, Optics, Window};
 
-use super::islands::islands;
+use super::islands::{is_flat, islands};
 use super::make::Maker;
 use super::screened::Screens;
 use super::windows::gathered;
@@ -341,10 +341,15 @@ impl Maker<'_> {
             return false;
         }
         let moving = || period.objects.iter().any(|object| period.is_moving(object));
-        self.wishes.mode == Mode::Equivalent
+        let blocks_are_alike = match self.wishes.mode {
+            Mode::Equivalent => !(self.casts(first) && moving()),
+            // What falls or shows across layers would end at their borders.
+            Mode::Preview => is_flat(self.stage, first),
+            Mode::Exact | Mode::Full => false,
+        };
+        blocks_are_alike
             && self.abilities().block_mask
             && !self.wishes.with_depth
-            && !(self.casts(first) && moving())
             && first.antialias.is_none()
     }
 

@@ -276,7 +276,7 @@ impl Execution<'_> {
                 .map(|(pass, request)| {
                     // The others are merged.
                     let encoded = matches!(pass, Pass::Whole | Pass::Blocks);
-                    scope.spawn(move || self.call_to_read(request, encoded))
+                    scope.spawn(move || self.call_to_read(request, encoded, self.threads))
                 })
                 .collect();
             running.into_iter().map(join).collect()

@@ -68,9 +68,10 @@ impl Execution<'_> {
         &'r self,
         request: &'r LayerRequest<'_>,
         encoded: bool,
+        threads: Option<usize>,
     ) -> Result<Left<'r>, RenderError> {
         let _slot = self.slots.take();
-        let (adapter, run) = (&self.stage.adapter, self.run_of(self.threads));
+        let (adapter, run) = (&self.stage.adapter, self.run_of(threads));
         if encoded {
             let pictures = adapter.pictures(request, self.options.format, &run)?;
             if let Some(pictures) = pictures {

@@ -10,6 +10,7 @@ use std::sync::atomic::Ordering;
 use decor_api::{Layer, LayerRequest, LayerShot, Optics, Output, Region, Scene, Window};
 
 use super::RenderError;
+use super::called::{Drawn, Left};
 use super::execution::{Execution, join, only};
 use super::ground::block_of;
 use super::shading::Lighting;
@@ -62,7 +63,9 @@ impl Execution<'_> {
 
     /// Renders a joint.
     pub fn joint(&self, wanted: Wanted<'_>) -> Result<Joint, RenderError> {
-        let mut joint = self.pictures(wanted)?;
+        let mut periods = wanted.begins.into_iter().chain(wanted.ends);
+        let colours = self.keep_colours || periods.any(|period| self.needs_colours(period));
+        let mut joint = self.pictures(wanted, colours)?;
         if let Some(begins) = wanted.begins.filter(|period| period.by_map()) {
             let state = self.stage.film.frame(begins.start);
             let scene = self.decor_scene(&state, &Shown::by(begins));
@@ -76,8 +79,7 @@ impl Execution<'_> {
             let lighting = self.lighting(ends, &scene, until)?;
             joint.target_lighting = Some(Arc::new(lighting));
         }
-        let mut periods = wanted.begins.into_iter().chain(wanted.ends);
-        if !self.keep_colours && !periods.any(|period| self.needs_colours(period)) {
+        if !colours {
             self.let_go_of_colours(&mut joint);
         }
         Ok(joint)
@@ -95,32 +97,36 @@ impl Execution<'_> {
             })
     }
 
-    /// Encodes what frames begin with, and keeps no more than its depth: 16 bytes
-    /// a pixel become 3.
+    /// Encodes what frames begin with, where the renderer has not, and keeps no more
+    /// than its depth: 16 bytes a pixel become 3.
     fn let_go_of_colours(&self, joint: &mut Joint) {
         let encoder = self.encoder();
         let one = matches!((&joint.decor, &joint.target), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
         if one {
             joint.target = None;
         }
-        let let_go = |layer: &mut Option<Arc<Layer>>| {
-            let known = layer.take()?;
-            let picture = encoder.still(&known);
-            let mut known = Arc::unwrap_or_clone(known);
-            known.colour = None;
-            *layer = Some(Arc::new(known));
-            Some(picture)
+        let let_go = |layer: &mut Option<Arc<Layer>>, picture: &mut Option<Still>| {
+            if picture.is_some() {
+                return;
+            }
+            *picture = layer.take().map(|known| {
+                let picture = encoder.still(&known);
+                let mut known = Arc::unwrap_or_clone(known);
+                known.colour = None;
+                *layer = Some(Arc::new(known));
+                picture
+            });
         };
-        joint.decor_picture = let_go(&mut joint.decor);
-        joint.target_picture = let_go(&mut joint.target);
+        let_go(&mut joint.decor, &mut joint.decor_picture);
+        let_go(&mut joint.target, &mut joint.target_picture);
         if one {
             joint.target.clone_from(&joint.decor);
             joint.target_picture.clone_from(&joint.decor_picture);
         }
     }
 
-    /// The pictures of a joint.
-    fn pictures(&self, wanted: Wanted<'_>) -> Result<Joint, RenderError> {
+    /// The pictures of a joint; with their colours, or as the files have them.
+    fn pictures(&self, wanted: Wanted<'_>, colours: bool) -> Result<Joint, RenderError> {
         let until = wanted.ends.and_then(|period| period.dissolve_until);
         if let (Some(ends), Some(begins)) = (wanted.ends, wanted.begins)
             && until == Some(begins.start)
@@ -129,10 +135,13 @@ impl Execution<'_> {
             let depth = self.depth_of(ends) || self.depth_of(begins);
             let same = self.same_scene(ends, begins);
             if same && old == new {
-                let layer = Arc::new(self.decor(begins.start, &new, depth, "decor")?);
+                let scene = self.decor_scene(&self.stage.film.frame(begins.start), &new);
+                let begun = self.picture(begins.start, scene, depth, colours, "decor")?;
+                let layer = Arc::new(begun.layer);
                 return Ok(Joint {
                     surfaces: self.surfaces(begins, None)?.map(Arc::new),
                     decor: Some(Arc::clone(&layer)),
+                    decor_picture: begun.picture,
                     target: Some(layer),
                     ..Joint::default()
                 });
@@ -145,7 +154,7 @@ impl Execution<'_> {
                 } else if depth || !blocks {
                     self.in_common(&state, &old, &new)?
                 } else {
-                    self.in_common_by_blocks(&state, &old, &new)?
+                    self.in_common_by_blocks(&state, &old, &new, colours)?
                 };
                 if let Some(joint) = joint {
                     return Ok(joint);
@@ -159,7 +168,7 @@ impl Execution<'_> {
                 let until = period.dissolve_until?;
                 Some(scope.spawn(move || {
                     let scene = self.target_scene(period, until);
-                    self.picture(until, scene, self.depth_of(period), "target")
+                    self.picture(until, scene, self.depth_of(period), colours, "target")
                 }))
             });
             let surfaces = wanted
@@ -167,14 +176,24 @@ impl Execution<'_> {
                 .map(|period| scope.spawn(move || self.surfaces(period, reached)));
             let decor = wanted.begins.map(|period| {
                 let depth = !is_apart && self.depth_of(period);
-                self.decor(period.start, &Shown::by(period), depth, "decor")
+                let state = self.stage.film.frame(period.start);
+                let scene = self.decor_scene(&state, &Shown::by(period));
+                self.picture(period.start, scene, depth, colours, "decor")
             });
             (decor, target.map(join), surfaces.map(join))
         });
+        let apart = |begun: Option<Begun>| match begun {
+            Some(Begun { layer, picture }) => (Some(Arc::new(layer)), picture),
+            None => (None, None),
+        };
+        let (decor, decor_picture) = apart(decor.transpose()?);
+        let (target, target_picture) = apart(target.transpose()?);
         Ok(Joint {
             surfaces: surfaces.transpose()?.flatten().map(Arc::new),
-            decor: decor.transpose()?.map(Arc::new),
-            target: target.transpose()?.map(Arc::new),
+            decor,
+            target,
+            decor_picture,
+            target_picture,
             ..Joint::default()
         })
     }
@@ -217,6 +236,7 @@ impl Execution<'_> {
         state: &FrameState<'_>,
         old: &Shown,
         new: &Shown,
+        colours: bool,
     ) -> Result<Option<Joint>, RenderError> {
         let (size, frame) = (self.stage.size(), state.number);
         let mut blocks = self.stage.no_blocks(&self.plan.wishes);
@@ -246,22 +266,33 @@ impl Execution<'_> {
             self.traced
                 .decor
                 .fetch_add(pixels as u64, Ordering::Relaxed);
-            Ok::<_, RenderError>(Some(only(self.call(&request, None)?)?))
+            Ok::<_, RenderError>(Some(self.drawn(&request, colours)?))
         };
+        let scene = self.decor_scene(state, new);
         let (decor, particular) = std::thread::scope(|scope| {
             let particular = scope.spawn(particular);
-            (self.decor(frame, new, false, "decor"), join(particular))
+            let decor = self.picture(frame, scene, false, colours, "decor");
+            (decor, join(particular))
         });
-        let decor = decor?;
-        let mut target = decor.clone();
-        if let Some(layer) = particular? {
-            for window in blocks.runs() {
-                lay(&mut target, &block_of(&layer, window));
+        let Begun { layer, picture } = decor?;
+        let (mut target, mut target_picture) = (layer.clone(), picture.clone());
+        match particular? {
+            None => {}
+            Some(Drawn::Layer(particular)) => {
+                for window in blocks.runs() {
+                    lay(&mut target, &block_of(&particular, window));
+                }
+            }
+            Some(Drawn::Picture(particular)) => {
+                let laid = |on: Still| self.encoder().laid(on, size, &particular, blocks.runs());
+                target_picture = target_picture.map(laid);
             }
         }
         Ok(Some(Joint {
-            decor: Some(Arc::new(decor)),
+            decor: Some(Arc::new(layer)),
+            decor_picture: picture,
             target: Some(Arc::new(target)),
+            target_picture,
             ..Joint::default()
         }))
     }
@@ -298,7 +329,7 @@ impl Execution<'_> {
         let (ground, olds, news) = std::thread::scope(|scope| {
             let olds = scope.spawn(|| self.particular(state, &old_windows, "target", &old));
             let news = scope.spawn(|| self.particular(state, &new_windows, "decor", &new));
-            let ground = self.decor(frame, &common, true, "common");
+            let ground = self.decor(frame, &common, "common");
             (ground, join(olds), join(news))
         });
         let (ground, olds, news) = (ground?, olds?, news?);
@@ -377,43 +408,78 @@ impl Execution<'_> {
         }
     }
 
-    /// Some objects of a frame with all that surrounds them, in the whole
-    /// picture.
-    fn decor(
-        &self,
-        frame: u32,
-        shown: &Shown,
-        with_depth: bool,
-        label: &str,
-    ) -> Result<Layer, RenderError> {
-        let scene = self.decor_scene(&self.stage.film.frame(frame), shown);
-        self.picture(frame, scene, with_depth, label)
-    }
-
+    /// What frames begin with: the whole picture of a scene, with its depth where that
+    /// is wanted; its colours too, or what the frames' files show of them.
     fn picture(
         &self,
         frame: u32,
         scene: Scene,
         with_depth: bool,
+        colours: bool,
         label: &str,
-    ) -> Result<Layer, RenderError> {
+    ) -> Result<Begun, RenderError> {
         let size = self.stage.size();
         let scene = Arc::new(scene);
         let region = Region::Window(size.window());
         let pixels = size.pixels() as u64;
-        let colour = Output::ColourOverBackground;
-        self.traced.decor.fetch_add(pixels, Ordering::Relaxed);
-        if !with_depth {
-            let label = format!("{label}_{frame:04}");
-            let request = self.request_of(frame, &scene, &region, colour, label);
-            return Ok(only(self.call(&request, None)?)?);
+        let request =
+            |output: Output, label: String| self.request_of(frame, &scene, &region, output, label);
+        let (drawn, depth) = std::thread::scope(|scope| {
+            let depth = with_depth.then(|| {
+                scope.spawn(|| {
+                    self.traced.depth.fetch_add(pixels, Ordering::Relaxed);
+                    let label = format!("{label}_depth_{frame:04}");
+                    self.call(&request(Output::Depth, label), None)
+                })
+            });
+            self.traced.decor.fetch_add(pixels, Ordering::Relaxed);
+            let colour = request(Output::ColourOverBackground, format!("{label}_{frame:04}"));
+            (self.drawn(&colour, colours), depth.map(join))
+        });
+        let (mut layer, picture) = match drawn? {
+            Drawn::Layer(layer) => (layer, None),
+            Drawn::Picture(picture) => {
+                let layer = Layer {
+                    window: picture.window,
+                    colour: None,
+                    depth: None,
+                    depth_quantum: (0.0, 0.0),
+                };
+                (layer, Some(self.encoder().still_of(picture)))
+            }
+        };
+        if let Some(depth) = depth.transpose()? {
+            let depth = only(depth)?;
+            layer.depth = depth.depth;
+            layer.depth_quantum = depth.depth_quantum;
         }
-        self.traced.depth.fetch_add(pixels, Ordering::Relaxed);
-        let (mut layer, depth) = self.colour_and_depth(frame, &scene, &region, colour, label)?;
-        layer.depth = depth.depth;
-        layer.depth_quantum = depth.depth_quantum;
-        Ok(layer)
+        Ok(Begun { layer, picture })
     }
+
+    /// The only picture of a call that may use every core: its colours, or where those
+    /// are not needed, and the renderer has it, what a frame's file shows of them.
+    fn drawn(&self, request: &LayerRequest<'_>, colours: bool) -> Result<Drawn, RenderError> {
+        let mut left = self.call_to_read(request, !colours, None)?;
+        Ok(match &mut left {
+            Left::Layers(layers) => Drawn::Layer(layers.read(0)?),
+            Left::Pictures(pictures) => Drawn::Picture(pictures.read(0)?),
+        })
+    }
+
+    /// Some objects of a frame with all that surrounds them, in the whole picture,
+    /// with their depth.
+    fn decor(&self, frame: u32, shown: &Shown, label: &str) -> Result<Layer, RenderError> {
+        let scene = self.decor_scene(&self.stage.film.frame(frame), shown);
+        Ok(self.picture(frame, scene, true, true, label)?.layer)
+    }
+}
+
+/// What frames begin with.
+struct Begun {
+    /// Its depth, and its colours where they are needed.
+    layer: Layer,
+    /// What the frames' files show of it, where the renderer has encoded it.
+    picture: Option<Still>,
 }
 
 /// A picture with some layers merged into it.

@@ -39,6 +39,7 @@ pub mod process;
 pub mod prototype;
 pub mod rendered;
 pub mod scene;
+pub mod transfer;
 
 pub use abilities::{Abilities, DepthKind};
 pub use adapter::{
@@ -60,3 +61,4 @@ pub use scene::{
     Antialias, Fade, Instance, Light, LightKind, NativeFile, PictureFormat, Pose, Rgb, Scene,
     area_samples,
 };
+pub use transfer::Transfer;

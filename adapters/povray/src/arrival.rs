@@ -18,7 +18,8 @@ use glam::DVec3;
 use std::path::Path;
 
 use crate::call::{
-    Folder, LayerSource, fixed_switches, fragments, keep_state, read_file, take_state,
+    Folder, LayerSource, fixed_switches, fragments, keep_state, read_file, state_switches,
+    take_state,
 };
 use crate::light;
 use crate::picture::{self, Coding};
@@ -152,9 +153,10 @@ impl<'r> Arrival<'r> {
         args.extend(["+WT1".into(), "+UA".into()]);
         match source {
             LayerSource::StateFile => {
-                args.extend(["+FP".into(), format!("+O{NAME}.ppm"), "+C".into()]);
+                args.extend(state_switches(NAME));
                 for k in 0..self.asked.len() {
-                    keep_state(folder, NAME, &numbering.suffix(k), &state::empty())?;
+                    let suffix = numbering.suffix(k);
+                    keep_state(folder, NAME, &suffix, |to| to.write_all(&state::empty()))?;
                 }
             }
             LayerSource::Pictures => args.extend([

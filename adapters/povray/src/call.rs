@@ -2,7 +2,7 @@
 //! switches, and the frames' pixels out of it.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use decor_api::process::ProcessCall;
@@ -12,9 +12,12 @@ use decor_api::{
 };
 
 use crate::depth::{DepthCode, Precision};
-use crate::picture;
 use crate::scene_text::{Framing, MAIN, Numbering, in_crop, switches, window_of};
 use crate::state::{self, Wanted};
+use crate::{encode, picture};
+
+/// Some blocks' records.
+const BUFFER: usize = 1 << 16;
 
 /// What layers are read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,16 +185,25 @@ impl<'a> LayerCall<'a> {
     }
 
     /// Runs the call; one picture a shot, for frames of 8 or of 16 bits.
+    ///
+    /// A whole picture is POV-Ray's own. Of one that is drawn in some blocks only, it
+    /// would encode every pixel all the same, which takes it longer than all else that
+    /// it does for a few blocks: those are taken from the state file.
     pub fn run_encoded(
         self,
         text: &SceneText,
         bits: u8,
         run: &RunContext,
     ) -> Result<Rendered<'a, Picture>, AdapterError> {
-        let folder = self.called(text, Leaves::Pictures(bits), run)?;
+        let leaves = match self.side()? {
+            Some(_) => Leaves::Layers,
+            None => Leaves::Pictures(bits),
+        };
+        let folder = self.called(text, leaves, run)?;
         let shots = self.request.shots.len();
-        Ok(Rendered::new(shots, move |k| {
-            self.picture(&folder, bits, k)
+        Ok(Rendered::new(shots, move |k| match leaves {
+            Leaves::Layers => self.encoded(&folder, bits, k),
+            Leaves::Pictures(_) => self.picture(&folder, bits, k),
         }))
     }
 
@@ -219,21 +231,15 @@ impl<'a> LayerCall<'a> {
         if let Some(threads) = run.threads {
             args.push(format!("+WT{threads}"));
         }
-        let side = self.side()?;
-        let masked = side.is_some();
-        if let Some(side) = side.filter(|side| *side != state::BLOCK) {
+        if let Some(side) = self.side()?.filter(|side| *side != state::BLOCK) {
             args.push(format!("+BS{side}"));
         }
-        let stated = match leaves {
-            Leaves::Layers => self.source == LayerSource::StateFile,
-            Leaves::Pictures(_) => masked,
-        };
         args.extend(match leaves {
             Leaves::Layers => self.output_switches(),
-            Leaves::Pictures(bits) => encoded_switches(bits, masked),
+            Leaves::Pictures(bits) => encoded_switches(bits),
         });
-        if stated {
-            self.prepare_states(&folder, framing, numbering, leaves)?;
+        if leaves == Leaves::Layers && self.source == LayerSource::StateFile {
+            self.prepare_states(&folder, framing, numbering)?;
         }
 
         let call = ProcessCall {
@@ -254,8 +260,7 @@ impl<'a> LayerCall<'a> {
     fn output_switches(&self) -> Vec<String> {
         let alpha = matches!(self.request.output, Output::ColourAlone { with_sky: false });
         let mut args = match self.source {
-            // The picture itself is not read: the format is the cheapest one.
-            LayerSource::StateFile => vec!["+FP".into(), "+Olayer.ppm".into(), "+C".into()],
+            LayerSource::StateFile => state_switches("layer"),
             LayerSource::Pictures if alpha => vec!["+FN16".into(), "+Olayer.png".into()],
             LayerSource::Pictures => vec!["+FP16".into(), "+Olayer.ppm".into()],
         };
@@ -361,18 +366,14 @@ impl<'a> LayerCall<'a> {
         folder: &Folder,
         framing: Framing,
         numbering: Numbering,
-        leaves: Leaves,
     ) -> Result<(), AdapterError> {
         for (k, shot) in self.request.shots.iter().enumerate() {
-            let bytes = match self.mask(framing, &shot.region) {
-                None => state::empty(),
-                Some((blocks, size)) => state::masked(size, &blocks),
+            let mask = self.mask(framing, &shot.region);
+            let says = |to: &mut dyn Write| match &mask {
+                None => to.write_all(&state::empty()),
+                Some((blocks, size)) => state::write_masked(to, *size, blocks),
             };
-            let suffix = numbering.suffix(k);
-            match leaves {
-                Leaves::Layers => keep_state(folder, "layer", &suffix, &bytes)?,
-                Leaves::Pictures(_) => mask_state(folder, "layer", &suffix, &bytes)?,
-            }
+            keep_state(folder, "layer", &numbering.suffix(k), says)?;
         }
         Ok(())
     }
@@ -398,6 +399,45 @@ impl<'a> LayerCall<'a> {
         Ok(Picture { window, bytes })
     }
 
+    /// Reads what a frame's file has of a shot, from its state file.
+    fn encoded(&self, folder: &Folder, bits: u8, k: usize) -> Result<Picture, AdapterError> {
+        let of_8 = |pixel: [f32; 4]| [0, 1, 2].map(|k| encode::srgb_8(pixel[k]));
+        let of_16 = |pixel: [f32; 4]| {
+            let [red, green, blue] =
+                [0, 1, 2].map(|k| (encode::srgb(pixel[k], 65535) as u16).to_be_bytes());
+            [red[0], red[1], green[0], green[1], blue[0], blue[1]]
+        };
+        let window = self.window(&self.request.shots[k].region);
+        let bytes = if bits == 8 {
+            self.stated(folder, k, [0; 3], of_8)?.into_flattened()
+        } else {
+            self.stated(folder, k, [0; 6], of_16)?.into_flattened()
+        };
+        Ok(Picture { window, bytes })
+    }
+
+    /// What `of` makes of the pixels of a shot in its state file; `empty` stands where
+    /// nothing was asked for.
+    fn stated<T: Clone>(
+        &self,
+        folder: &Folder,
+        k: usize,
+        empty: T,
+        of: impl Fn([f32; 4]) -> T,
+    ) -> Result<Vec<T>, AdapterError> {
+        let region = &self.request.shots[k].region;
+        let rendered = self.rendered_window(self.window(region));
+        let suffix = Numbering::of(self.request).suffix(k);
+        let (path, file) = take_state(folder, "layer", &suffix)?;
+        let mask = self.mask(Framing::of(self.request), region);
+        let wanted = match &mask {
+            None => Wanted::All,
+            Some((blocks, size)) => Wanted::Blocks(blocks, *size),
+        };
+        let pixels = state::pixels_as(file, rendered, wanted, empty, of);
+        pixels.map_err(|error| bad(&path, &error))
+    }
+
     fn read(&self, folder: &Folder, k: usize) -> Result<Layer, AdapterError> {
         let region = &self.request.shots[k].region;
         let window = self.window(region);
@@ -405,20 +445,11 @@ impl<'a> LayerCall<'a> {
         let suffix = Numbering::of(self.request).suffix(k);
         let colour = match self.source {
             LayerSource::StateFile => {
-                let (path, file) = take_state(folder, "layer", &suffix)?;
-                let mask = self.mask(Framing::of(self.request), region);
-                let wanted = match &mask {
-                    None => Wanted::All,
-                    Some((blocks, size)) => Wanted::Blocks(blocks, *size),
-                };
-                let bad = |error| bad(&path, &error);
                 if let Some(code) = self.code {
-                    let nothing = f64::INFINITY;
-                    let decode = |pixel| code.decode(pixel);
-                    let depth = state::pixels_as(file, rendered, wanted, nothing, decode);
-                    return Ok(self.depth(window, depth.map_err(bad)?, code));
+                    let depth = self.stated(folder, k, f64::INFINITY, |pixel| code.decode(pixel));
+                    return Ok(self.depth(window, depth?, code));
                 }
-                state::pixels(file, rendered, wanted).map_err(bad)?
+                self.stated(folder, k, [0.0; 4], |pixel| pixel)?
             }
             LayerSource::Pictures => {
                 let alpha = matches!(self.request.output, Output::ColourAlone { with_sky: false });
@@ -457,26 +488,26 @@ impl<'a> LayerCall<'a> {
     }
 }
 
+/// The switches of a call whose pixels are read from the state file. The picture itself
+/// is not read: the format is the one that takes least time. At 1024 × 1024 a black
+/// picture costs 0.06 s of CPU in all as RGBE, 0.11 as PNG, 0.13 as PPM.
+pub fn state_switches(name: &str) -> Vec<String> {
+    vec!["+FH".into(), format!("+O{name}.{SCRATCH}"), "+C".into()]
+}
+
+/// The ending of the picture beside a state file.
+const SCRATCH: &str = "hdr";
+
 /// The switches for frames in POV-Ray's own encoding.
-fn encoded_switches(bits: u8, masked: bool) -> Vec<String> {
-    let mut args = vec![
+fn encoded_switches(bits: u8) -> Vec<String> {
+    vec![
         format!("+FP{bits}"),
         "+Olayer.ppm".into(),
         "-UA".into(),
         "File_Gamma=srgb".into(),
         // What is laid beside it is not dithered.
         "Dither=off".into(),
-    ];
-    args.extend(masked.then(|| "+C".into()));
-    args
-}
-
-/// Writes a state file that only says what need not be rendered: POV-Ray takes
-/// it over and deletes it.
-fn mask_state(folder: &Folder, name: &str, suffix: &str, bytes: &[u8]) -> Result<(), AdapterError> {
-    let path = folder.file(&format!("{name}{suffix}.pov-state"));
-    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.ppm")));
-    std::fs::write(&path, bytes).map_err(AdapterError::io(&path))
+    ]
 }
 
 /// Writes the state file of the frame that POV-Ray names `name` and `suffix`.
@@ -486,14 +517,19 @@ pub fn keep_state(
     folder: &Folder,
     name: &str,
     suffix: &str,
-    bytes: &[u8],
+    says: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), AdapterError> {
     let path = folder.file(&format!("{name}{suffix}.pov-state"));
     let kept = folder.file(&format!("{name}{suffix}.kept"));
-    std::fs::write(&path, bytes).map_err(AdapterError::io(&path))?;
+    let write = || {
+        let mut file = BufWriter::with_capacity(BUFFER, File::create(&path)?);
+        says(&mut file)?;
+        file.flush()
+    };
+    write().map_err(AdapterError::io(&path))?;
     // In a kept folder there may be one of an earlier run.
     let _ = std::fs::remove_file(&kept);
-    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.ppm")));
+    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.{SCRATCH}")));
     std::fs::hard_link(&path, &kept).map_err(AdapterError::io(&kept))
 }
 
@@ -504,12 +540,10 @@ pub fn take_state(
     name: &str,
     suffix: &str,
 ) -> Result<(PathBuf, BufReader<File>), AdapterError> {
-    /// Some blocks' records.
-    const BUFFER: usize = 1 << 16;
     let path = folder.file(&format!("{name}{suffix}.kept"));
     let file = File::open(&path).map_err(|error| unreadable(&path, &error))?;
     let _ = std::fs::remove_file(&path);
-    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.ppm")));
+    let _ = std::fs::remove_file(folder.file(&format!("{name}{suffix}.{SCRATCH}")));
     Ok((path, BufReader::with_capacity(BUFFER, file)))
 }
 

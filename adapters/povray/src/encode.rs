@@ -3,10 +3,20 @@
 //! Since 3.7 the default of a picture is the sRGB transfer function, in single
 //! precision; no dithering. `linear_to_srgb` follows IEC 61966-2-1.
 
+use std::sync::LazyLock;
+
+use decor_api::Transfer;
+
 /// One channel in `max` steps, as POV-Ray writes it with its default
 /// `File_Gamma` (sRGB) from a scene of `assumed_gamma 1`.
 pub fn srgb(linear: f32, max: u32) -> u32 {
     quantise(linear_to_srgb(linear), max)
+}
+
+/// [`srgb`] in 255 steps, by table.
+pub fn srgb_8(linear: f32) -> u8 {
+    static TABLE: LazyLock<Transfer> = LazyLock::new(|| Transfer::of(|linear| srgb(linear, 255)));
+    TABLE.encode(linear, |linear| srgb(linear, 255))
 }
 
 /// The linear value that a picture's integer stands for. `srgb` gives the
@@ -45,6 +55,20 @@ mod tests {
             for value in 0..=max {
                 assert_eq!(srgb(linear(value, max), max), value);
             }
+        }
+    }
+
+    #[test]
+    fn the_table_says_what_the_function_says() {
+        let all = (0..1 << 20).map(|k: u32| k << 12 | k & 0xfff);
+        let near = (0..255_u32).flat_map(|value| {
+            // The step is half way, as the transfer function sees it.
+            let step = linear(2 * value + 1, 510).to_bits();
+            step - 300..step + 300
+        });
+        for bits in all.chain(near) {
+            let linear = f32::from_bits(bits);
+            assert_eq!(u32::from(srgb_8(linear)), srgb(linear, 255), "{linear:e}");
         }
     }
 

@@ -12,7 +12,7 @@
 //! `Bott` (its rectangle, inclusive), `PBlo` (five numbers a pixel: red, green,
 //! blue, filter, transmit; linear, premultiplied).
 
-use std::io::Read;
+use std::io::{Read, Write};
 
 use decor_api::{Blocks, Size, Window};
 
@@ -66,51 +66,88 @@ pub fn empty() -> Vec<u8> {
 /// called done, with a rectangle of one pixel. The picture is to be rendered in
 /// blocks of that side (`+BS`).
 pub fn masked(size: Size, wanted: &Blocks) -> Vec<u8> {
-    let mut file = empty();
+    let mut file = Vec::new();
+    // A vector takes all that is written.
+    let _ = write_masked(&mut file, size, wanted);
+    file
+}
+
+/// The same, written: of small blocks there are so many that a few such files at
+/// once would be more than all else that is held.
+///
+/// # Errors
+/// What the writer says.
+pub fn write_masked(mut to: impl Write, size: Size, wanted: &Blocks) -> std::io::Result<()> {
+    to.write_all(&empty())?;
     let side = wanted.side;
     let columns = size.width.div_ceil(side);
     let blocks = columns * size.height.div_ceil(side);
     let mut wanted = wanted.numbers.iter().copied().peekable();
+    let mut done = DoneRecord::new();
     for block in 0..blocks {
         if wanted.next_if_eq(&block).is_some() {
             continue;
         }
         let (x, y) = (block % columns * side, block / columns * side);
-        push_record(&mut file, block, x, y);
+        to.write_all(done.of(block, x, y))?;
     }
-    file
+    Ok(())
 }
 
-/// A record of one black pixel at (x, y) that stands for block `id`.
-fn push_record(file: &mut Vec<u8>, id: u32, x: u32, y: u32) {
-    let start = file.len();
-    file.extend_from_slice(RECORD_SIGNATURE);
-    file.extend_from_slice(&RECORD_VERSION.to_be_bytes());
-    file.extend_from_slice(&[0; 4]);
-    file.extend_from_slice(b"RAWSOBJE");
-    file.extend_from_slice(&13_u32.to_be_bytes());
-    let mut attribute = |key: &[u8; 4], kind: &[u8; 4], length: u32, value: &[u8]| {
-        file.extend_from_slice(key);
-        file.extend_from_slice(kind);
-        file.extend_from_slice(&length.to_be_bytes());
-        file.extend_from_slice(value);
-    };
-    attribute(b"OCLA", b"TYPE", 4, b"PixD");
-    attribute(b"MCLA", b"TYPE", 4, b"VImg");
-    attribute(b"MIDE", b"TYPE", 4, b"PxBS");
-    // Addresses in a record are not looked at.
-    attribute(b"MSRC", b"ADDR", 10, &[0; 10]);
-    attribute(b"MDST", b"ADDR", 10, &[0; 10]);
-    attribute(b"PBlo", b"VFL4", CHANNELS as u32, &[0; 4 * CHANNELS]);
-    attribute(b"PiId", b"INT4", 4, &id.to_be_bytes());
-    attribute(b"PiSi", b"INT4", 4, &1_u32.to_be_bytes());
-    attribute(b"Left", b"INT4", 4, &x.to_be_bytes());
-    attribute(b"Top ", b"INT4", 4, &y.to_be_bytes());
-    attribute(b"Righ", b"INT4", 4, &x.to_be_bytes());
-    attribute(b"Bott", b"INT4", 4, &y.to_be_bytes());
-    attribute(b"ViId", b"INT4", 4, &1_u32.to_be_bytes());
-    let size = (file.len() - start - RECORD_HEADER_BYTES) as u32;
-    file[start + 12..start + 16].copy_from_slice(&size.to_be_bytes());
+/// A record of one black pixel that stands for a block: all of them are alike but for
+/// a few numbers.
+struct DoneRecord {
+    bytes: Vec<u8>,
+    /// Where the values of `PiId`, `Left`, `Top `, `Righ` and `Bott` are.
+    places: [usize; 5],
+}
+
+impl DoneRecord {
+    fn new() -> Self {
+        let mut bytes = Vec::new();
+        bytes.extend_from_slice(RECORD_SIGNATURE);
+        bytes.extend_from_slice(&RECORD_VERSION.to_be_bytes());
+        bytes.extend_from_slice(&[0; 4]);
+        bytes.extend_from_slice(b"RAWSOBJE");
+        bytes.extend_from_slice(&13_u32.to_be_bytes());
+        // Gives the place of the value.
+        let mut attribute = |key: &[u8; 4], kind: &[u8; 4], length: u32, value: &[u8]| {
+            bytes.extend_from_slice(key);
+            bytes.extend_from_slice(kind);
+            bytes.extend_from_slice(&length.to_be_bytes());
+            bytes.extend_from_slice(value);
+            bytes.len() - value.len()
+        };
+        attribute(b"OCLA", b"TYPE", 4, b"PixD");
+        attribute(b"MCLA", b"TYPE", 4, b"VImg");
+        attribute(b"MIDE", b"TYPE", 4, b"PxBS");
+        // Addresses in a record are not looked at.
+        attribute(b"MSRC", b"ADDR", 10, &[0; 10]);
+        attribute(b"MDST", b"ADDR", 10, &[0; 10]);
+        attribute(b"PBlo", b"VFL4", CHANNELS as u32, &[0; 4 * CHANNELS]);
+        let mut number = |key, value: u32| attribute(key, b"INT4", 4, &value.to_be_bytes());
+        let id = number(b"PiId", 0);
+        number(b"PiSi", 1);
+        let places = [
+            id,
+            number(b"Left", 0),
+            number(b"Top ", 0),
+            number(b"Righ", 0),
+            number(b"Bott", 0),
+        ];
+        number(b"ViId", 1);
+        let size = (bytes.len() - RECORD_HEADER_BYTES) as u32;
+        bytes[12..16].copy_from_slice(&size.to_be_bytes());
+        Self { bytes, places }
+    }
+
+    /// For block `id`, at (x, y).
+    fn of(&mut self, id: u32, x: u32, y: u32) -> &[u8] {
+        for (at, value) in self.places.into_iter().zip([id, x, y, x, y]) {
+            self.bytes[at..at + 4].copy_from_slice(&value.to_be_bytes());
+        }
+        &self.bytes
+    }
 }
 
 /// A block of a state file; its pixels are still in the file's bytes.
