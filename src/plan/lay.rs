@@ -4,13 +4,12 @@ use std::collections::{HashMap, HashSet};
 
 use decor_api::{Bounds, Optics, Window};
 
-use super::islands::{is_flat, islands};
+use super::islands::islands;
 use super::make::Maker;
 use super::screened::Screens;
+use super::ways::Way;
 use super::windows::gathered;
-use super::{
-    BlockSet, End, FramePlan, Mode, Period, ShadowPlan, ShadowWay, SkyMotion, WholeReason,
-};
+use super::{BlockSet, End, FramePlan, Mode, Period, ShadowPlan, SkyMotion, WholeReason};
 use crate::film::{FrameState, ObjectId, ObjectState};
 use crate::influence::{Changed, estimated_shadows};
 use crate::motion::infinity_px;
@@ -25,18 +24,6 @@ const DEPTH_SHARE: f64 = 0.4;
 
 /// The cost of a ray that meets the sky alone, as a share of another's.
 const SKY_SHARE: f64 = 0.4;
-
-/// How fast objects come into a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
-    /// Rendered by themselves, and merged by depth, but for what cannot be.
-    Merged,
-    /// In blocks from the full scene that split no object.
-    Islands,
-    /// In blocks from the full scene, where the décor's depth shows that something
-    /// fast can be seen: none where it is hidden.
-    ByDepth,
-}
 
 impl Maker<'_> {
     /// Frames that are all rendered whole.
@@ -92,7 +79,7 @@ impl Maker<'_> {
     }
 
     /// Do shadows fall, and does the mode care?
-    fn casts(&self, state: &FrameState<'_>) -> bool {
+    pub fn casts(&self, state: &FrameState<'_>) -> bool {
         self.stage.has_shadows(state) && self.wishes.mode != Mode::Preview
     }
 
@@ -283,77 +270,8 @@ impl Maker<'_> {
         })
     }
 
-    /// Decides what is rendered where, frame by frame: the fast objects merged, or
-    /// blocks around them from the full scene, where that costs less.
-    pub fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
-        let whole = period.frames.clone();
-        self.lay_by(period, first, Way::Merged);
-        let ways = [
-            (Way::Islands, self.may_have_islands(period, first)),
-            (Way::ByDepth, self.may_be_by_depth(period, first)),
-        ];
-        for (way, _) in ways.into_iter().filter(|(_, may)| *may) {
-            let mut other = Period {
-                frames: whole.clone(),
-                ..period.clone()
-            };
-            self.lay_by(&mut other, first, way);
-            let mut laid = other.frames.iter().filter(|f| **f != FramePlan::Whole);
-            if laid.next().is_some() && self.weight(&other, false) < self.weight(period, false) {
-                *period = other;
-            }
-        }
-    }
-
-    /// May what is fast be hidden by the décor, so that its depth tells where blocks
-    /// are not needed?
-    fn may_be_by_depth(&self, period: &Period, first: &FrameState<'_>) -> bool {
-        let changes = |frame: &FramePlan| {
-            matches!(frame, FramePlan::Layered { fast, blocks, shadows: None, .. }
-                if !fast.is_empty() || !blocks.is_empty())
-        };
-        let can = period.still
-            && self.wishes.mode != Mode::Preview
-            && !self.wishes.with_depth
-            && first.antialias.is_none()
-            && self.stage.draws_blocks();
-        if !can || !period.frames.iter().any(changes) {
-            return false;
-        }
-        let classes = period.classes();
-        let last = period.numbers().end - 1;
-        // Some frames tell, as a rule.
-        [period.start, period.start.midpoint(last), last]
-            .iter()
-            .any(|&number| {
-                let state = self.state(number);
-                let screens = Screens::of(self.stage, &state, &classes);
-                let (seen, all) = screens.seen(self.stage, &state, &classes, self.wishes);
-                seen.pixels() < all.pixels()
-            })
-    }
-
-    /// May fast objects be drawn in blocks from the full scene, although there are
-    /// objects in the décor that move?
-    fn may_have_islands(&self, period: &Period, first: &FrameState<'_>) -> bool {
-        let fast = |frame: &FramePlan| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty());
-        if !period.frames.iter().any(fast) {
-            return false;
-        }
-        let moving = || period.objects.iter().any(|object| period.is_moving(object));
-        let blocks_are_alike = match self.wishes.mode {
-            Mode::Equivalent => !(self.casts(first) && moving()),
-            // What falls or shows across layers would end at their borders.
-            Mode::Preview => is_flat(self.stage, first),
-            Mode::Exact | Mode::Full => false,
-        };
-        blocks_are_alike
-            && self.abilities().block_mask
-            && !self.wishes.with_depth
-            && first.antialias.is_none()
-    }
-
-    fn lay_by(&self, period: &mut Period, first: &FrameState<'_>, way: Way) {
+    /// Plans the frames of a period in one way, where that is worth while.
+    pub fn lay_by(&self, period: &mut Period, first: &FrameState<'_>, way: Way) {
         let classes = period.classes();
         // What the décor shows of optical objects has to be drawn over.
         let shown: Vec<Window> = first
@@ -483,48 +401,6 @@ impl Maker<'_> {
         })
     }
 
-    /// Is what moves drawn from the full scene, in blocks, and not merged?
-    ///
-    /// - Always in `exact`.
-    /// - Where pixels are shared: with antialiasing an edge is neither layer's.
-    /// - Under shadows, where the observer rests and nothing in the décor moves:
-    ///   the blocks are the renderer's own pixels, and need no second layer with
-    ///   its depth and its hidden casters. Where the décor is up to the threshold
-    ///   off, blocks would show their borders: there, layers are merged.
-    fn all_from_scene(
-        &self,
-        state: &FrameState<'_>,
-        classes: &HashMap<ObjectId, Class>,
-        casts: bool,
-    ) -> bool {
-        let shares_pixels = self.wishes.mode == Mode::Equivalent && state.antialias.is_some();
-        let rests = !classes.values().any(|class| *class == Class::Slow);
-        self.wishes.mode == Mode::Exact
-            || shares_pixels
-            || casts && rests && !self.by_map(state)
-            || self.no_coverage(state)
-    }
-
-    /// Are shadow maps made? They keep what is seen of the décor, but asking for
-    /// the light at a point costs more than most scenes' pixels do: by themselves
-    /// they are chosen where pixels are dear.
-    fn by_map(&self, state: &FrameState<'_>) -> bool {
-        let can = self.abilities().ray_list
-            && self.abilities().hidden_casters
-            && self.wishes.mode == Mode::Equivalent
-            && state.antialias.is_none();
-        // Blocks have pixels that are not shaded.
-        const AROUND: f64 = 1.5;
-        let colour = self.costs.colour;
-        let by_blocks = AROUND * (colour.any_s + colour.covered_s);
-        let by_map = self.costs.arrival_s * state.lights.len() as f64;
-        can && match self.wishes.shadow_way {
-            ShadowWay::Auto => by_map < by_blocks,
-            ShadowWay::Blocks => false,
-            ShadowWay::Map => true,
-        }
-    }
-
     /// About how many pixels the blocks have with those that what moves may shade.
     fn shadow_pixels(
         &self,
@@ -550,12 +426,6 @@ impl Maker<'_> {
         let (lights, blocks) = (state.lights, blocks.clone());
         let shaded = estimated_shadows(&state.camera, size, lights, &changed, &decor, blocks);
         shaded.pixels() as f64
-    }
-
-    /// Is antialiasing on, and coverage not to be had?
-    fn no_coverage(&self, state: &FrameState<'_>) -> bool {
-        let surroundings = self.stage.surroundings(state);
-        state.antialias.is_some() && (surroundings.sky_on_objects || !self.abilities().coverage)
     }
 }
 

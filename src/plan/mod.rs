@@ -11,6 +11,7 @@ mod lay;
 mod make;
 mod outlines;
 mod screened;
+mod ways;
 mod windows;
 
 use std::collections::{HashMap, HashSet};

@@ -10,6 +10,7 @@
 mod behind;
 mod called;
 mod chunk;
+mod common;
 mod execution;
 mod ground;
 mod influenced;

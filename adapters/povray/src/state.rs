@@ -148,6 +148,16 @@ impl DoneRecord {
         }
         &self.bytes
     }
+
+    /// The block's number in what follows the head of a record, where that is one of
+    /// these, or looks like one up to there.
+    fn id_in(&self, body: &[u8]) -> Option<u32> {
+        let is_as_long = body.len() + RECORD_HEADER_BYTES == self.bytes.len();
+        // The key, the type and the length before it.
+        let at = self.places[0] - RECORD_HEADER_BYTES;
+        let is_number = is_as_long && body.get(at - 12..at - 4)? == b"PiIdINT4";
+        if is_number { be_u32(body, at) } else { None }
+    }
 }
 
 /// A block of a state file; its pixels are still in the file's bytes.
@@ -325,14 +335,23 @@ pub fn pixels_as<T: Clone>(
     read_part(&mut file, HEADER_BYTES, &mut bytes)?;
     is_known(&bytes)?;
     let mut at = HEADER_BYTES;
+    let ours = DoneRecord::new();
     // A record that is cut off at the end is left out, as POV-Ray does.
     while read_part(&mut file, RECORD_HEADER_BYTES, &mut bytes)? {
         let size = record_size(&bytes, at)?;
         if !read_part(&mut file, size, &mut bytes)? {
             break;
         }
-        let found = block(&bytes).ok_or(StateError::Record(at))?;
+        let begins = at;
         at += RECORD_HEADER_BYTES + size;
+        if let Wanted::Blocks(wanted, _) = wanted {
+            let is_wanted = |id: &u32| wanted.numbers.binary_search(id).is_ok();
+            // Of small blocks there are many thousands, nearly all of them ours.
+            if ours.id_in(&bytes).is_some_and(|id| !is_wanted(&id)) {
+                continue;
+            }
+        }
+        let found = block(&bytes).ok_or(StateError::Record(begins))?;
         let Some(block) = found else { continue };
         let is_wanted = match wanted {
             Wanted::All => true,
