@@ -129,26 +129,29 @@ fn hanging() {
 
 #[test]
 fn silent() {
-    // It ends well and writes nothing: the state file stays empty.
-    let said = words(&fails("exit 0", &[]).stderr);
-    assert!(
-        said.contains("povray wrote") && said.contains("pixels are missing"),
-        "{said}"
-    );
+    // It ends well and writes nothing: no picture, and the state file stays empty.
+    for (format, reason) in [("png", "cannot be read"), ("exr", "pixels are missing")] {
+        let said = words(&fails("exit 0", &["--format", format]).stderr);
+        assert!(
+            said.contains("povray wrote") && said.contains(reason),
+            "{said}"
+        );
+    }
 }
 
 #[test]
 fn short() {
     // It writes half a record into every state file.
+    let linear = ["--format", "exr"];
     let script = "for f in *.kept; do printf 'POVRAYMS\\000\\000\\003\\160' >> $f; done; exit 0";
-    let said = words(&fails(script, &[]).stderr);
+    let said = words(&fails(script, &linear).stderr);
     assert!(said.contains("povray wrote"), "{said}");
 }
 
 #[test]
 fn garbled() {
     let script = "for f in *.kept; do echo 'this is no render state file' > $f; done; exit 0";
-    let said = words(&fails(script, &[]).stderr);
+    let said = words(&fails(script, &["--format", "exr"]).stderr);
     assert!(said.contains("it is not a render state file"), "{said}");
 }
 

@@ -71,7 +71,8 @@ pub fn seen_in(
     state: &FrameState<'_>,
     blocks: &BlockSet,
 ) -> Option<HashSet<ObjectId>> {
-    if wishes.mode == Mode::Full || state.antialias.is_some() || !is_flat(stage, state) {
+    let from_scene = matches!(wishes.mode, Mode::Exact | Mode::Equivalent);
+    if !from_scene || state.antialias.is_some() || !is_flat(stage, state) {
         return None;
     }
     let objects = state.objects.iter();
@@ -81,7 +82,7 @@ pub fn seen_in(
 
 /// Is what is seen in a pixel one object's alone, whatever else there is: no shadow,
 /// no mirror, no glass?
-pub fn is_flat(stage: &Stage, state: &FrameState<'_>) -> bool {
+fn is_flat(stage: &Stage, state: &FrameState<'_>) -> bool {
     let is_opaque = |object| stage.prototype(object).optics == Optics::Opaque;
     !stage.has_shadows(state)
         && (!stage.adapter.abilities().optics || state.objects.iter().all(is_opaque))

@@ -3,7 +3,6 @@
 
 use std::collections::HashMap;
 
-use super::islands::is_flat;
 use super::make::Maker;
 use super::screened::Screens;
 use super::{FramePlan, Mode, Period, ShadowWay};
@@ -81,15 +80,10 @@ impl Maker<'_> {
             return false;
         }
         let moving = || period.objects.iter().any(|object| period.is_moving(object));
-        let blocks_are_alike = match self.wishes.mode {
-            Mode::Equivalent => !(self.casts(first) && moving()),
-            // What falls or shows across layers would end at their borders.
-            Mode::Preview => is_flat(self.stage, first),
-            Mode::Exact | Mode::Full => false,
-        };
-        blocks_are_alike
+        self.wishes.mode == Mode::Equivalent
             && self.abilities().block_mask
             && !self.wishes.with_depth
+            && !(self.casts(first) && moving())
             && first.antialias.is_none()
     }
 
