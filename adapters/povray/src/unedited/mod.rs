@@ -13,7 +13,7 @@
 //! About the pixels:
 //!
 //! ```text
-//! Boxes → Hulls (boxes for groups of frames)
+//! Boxes → Hulls (boxes and balls for groups of frames: solid)
 //!       → Geometry, Proxy (pixels that can be touched) → Blocks (dirty, by frame)
 //!       → Schedule (keys: who traces what for whom) → Finished, Traced (frames)
 //! ```
@@ -41,6 +41,7 @@ mod outline;
 mod placing;
 mod proxy;
 mod refuse;
+mod solid;
 mod source;
 mod steps;
 mod taint;
