@@ -7,7 +7,7 @@
 //! PlainScene → Sources (source: the scene and its includes)
 //!            → Analysis (lex, outline, placing, taint, refuse: what moves)
 //!            → Boxes (instrument, boxes: where POV-Ray says that they are)
-//!            → Steps (expression: frames that show the same)
+//!            → Steps (expression, aliases: frames that show the same)
 //! ```
 //!
 //! About the pixels:
@@ -21,6 +21,7 @@
 //! The scene is never changed: copies of it are, by [`Edit`]s, and what cannot
 //! be understood for certain is a [`Refusal`]: all frames are rendered whole.
 
+mod aliases;
 mod analysis;
 mod blocks;
 mod boxes;
