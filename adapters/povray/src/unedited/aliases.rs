@@ -3,7 +3,8 @@
 //! A name is one where it is given a value in a single place, and nowhere else means
 //! anything. Then whatever stands there is, wherever it is used, the value of that
 //! expression: a use before it, or where a condition left it out, is an error, and
-//! no picture.
+//! no picture. Where a macro gives one of its parameters a value there are no such
+//! names: it may be any that it is called with.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -35,11 +36,20 @@ impl<'a> Aliases<'a> {
             *count.entry(assignment.name).or_default() += 1;
         }
         let params = outline.units.iter().flat_map(|unit| &unit.params);
-        let mut other: HashSet<&str> = params.copied().collect();
-        other.extend(outline.called.keys());
+        let other: HashSet<&str> = params.copied().collect();
         let mut found = Self::default();
+        // What a macro is called with may get another value in it.
+        let by_reference = outline.assignments.iter();
+        if by_reference
+            .map(|a| a.name)
+            .any(|name| other.contains(name))
+        {
+            return found;
+        }
         // A name may be made of others, whatever their order.
-        while found.add(outline, |name| count[name] == 1 && !other.contains(name)) {}
+        while found.add(outline, |name| {
+            count[name] == 1 && !outline.called.contains_key(name)
+        }) {}
         found
     }
 

@@ -385,6 +385,8 @@ mod tests {
             "#declare T = clock * x; sphere { floor(T), 1 }",
             "#declare T = clock; #for (I, 1, T) sphere { x * floor(I + T), 1 } #end",
             "#declare T = clock; isosurface { function { x - floor(T) } }",
+            "#macro Set(P) #declare P = floor(clock * 4); #end
+             #declare N = 4; Set(N) sphere { x * floor(N * clock), 1 }",
             "#declare T = clock * 4; #undef T sphere { x * floor(T), 1 }",
             "#declare T = clock * 4 #if (1) + 1 #end; sphere { x * floor(T), 1 }",
         ] {
