@@ -21,6 +21,10 @@ const CALL_SHARE: f64 = 0.03;
 /// there is little CPU to lose, and much time.
 const SHORTEST_AT_MOST: f64 = 8.0;
 
+/// A short part takes so long at least, unless it is one frame or many: shorter ones
+/// sleep for most of their time.
+const SHORT_S: f64 = 1.5;
+
 /// Processes are never quite evenly asleep.
 const SPARE: f64 = 1.25;
 
@@ -75,6 +79,16 @@ impl Pace {
     }
 }
 
+impl Pace {
+    /// A part that may be the last one should have so many frames.
+    pub fn short(&self, cores: usize) -> usize {
+        let cpu_s = self.frame_cpu_s.unwrap_or(SHORT_S).max(1e-3);
+        let frame_s = cpu_s * (self.processes as f64 / cores.max(1) as f64).max(1.0);
+        let frames = (SHORT_S / frame_s).round().min(SHORTEST_AT_MOST) as usize;
+        frames.max(self.shortest())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,6 +101,14 @@ mod tests {
         assert_eq!((usual.processes, usual.shortest()), (5, 2));
         let heavy = Pace::after(10.0, None, 16, 2);
         assert_eq!((heavy.processes, heavy.shortest()), (3, 1));
+    }
+
+    #[test]
+    fn short_parts_take_a_second_or_two() {
+        let short = |cpu_s| Pace::after(cpu_s, None, 16, 2).short(2);
+        // Two cores, 4 processes: a frame of 0.4 s takes twice as long.
+        assert_eq!((short(0.4), short(0.05), short(2.0)), (2, 8, 1));
+        assert_eq!(Pace::first(None, 16, 2).short(2), 1);
     }
 
     #[test]

@@ -71,9 +71,13 @@ impl Reins {
         self.left.load(Ordering::Relaxed)
     }
 
-    fn take(&self, queue: &mut Queue, pace: &Pace) -> Option<(u32, u32)> {
-        let short = self.is_short.load(Ordering::Relaxed);
-        let part = queue.take(pace, if short { pace.shortest() } else { usize::MAX });
+    fn take(&self, queue: &mut Queue, pace: &Pace, cores: usize) -> Option<(u32, u32)> {
+        let most = if self.is_short.load(Ordering::Relaxed) {
+            pace.short(cores)
+        } else {
+            usize::MAX
+        };
+        let part = queue.take(pace, most);
         self.left.store(queue.left(), Ordering::Relaxed);
         part
     }
@@ -125,7 +129,7 @@ pub fn pool(
                 if number < state.pace.processes {
                     let pace = state.pace;
                     match reins {
-                        Some(reins) => reins.take(&mut state.queue, &pace),
+                        Some(reins) => reins.take(&mut state.queue, &pace, workers.cores),
                         None => state.queue.take(&pace, usize::MAX),
                     }
                 } else {

@@ -8,7 +8,7 @@ use crate::random_scene::RandomScene;
 use crate::trial::{ALWAYS, both};
 
 /// POV-Ray sleeps most of the time.
-const AT_ONCE: u64 = 10;
+const AT_ONCE: u64 = 20;
 
 fn number(variable: &str) -> Option<u64> {
     std::env::var(variable).ok()?.parse().ok()

@@ -29,6 +29,8 @@ const CASES: &[(&str, &str, &str)] = &[
         "light_source { <4, 8, -6>, 1 area_light x, y, 2, 2 jitter }",
         "jitter",
     ),
+    // Where POV-Ray's own `diffract` has it: its area lights are switched off.
+    ("light", "light_source { <4, 8, -6>, 1 jitter }", "jitter"),
     ("", "sky_sphere { pigment { rgb clock } }", "sky_sphere"),
     ("", "background { rgb clock }", "background"),
     ("", "fog { distance 9 + clock rgb .5 }", "fog"),

@@ -40,6 +40,14 @@ fn steps_and_pauses_are_rendered_once() {
             assert_eq!(numbers(&coherent)[0], 7, "{}", coherent.summary);
         });
         scope.spawn(|| {
+            // By name.
+            let named = "#declare N = 4; #declare T = clock * N;
+                camera { location <0, 1, -8> look_at 0 }
+                sphere { <floor(T) - 2, 0, 0>, 1 pigment { rgb x } }";
+            let named = tried(named, &["+KFF12"], ALWAYS);
+            assert_eq!(numbers(&named)[0], 7, "{}", named.summary);
+        });
+        scope.spawn(|| {
             // All frames are whole ones, but a pause is one picture.
             let camera = "camera { location <min(clock, 0.5), 1, -8> look_at 0 }";
             let paused = tried(camera, &["+KFF9", "+SF3", "+EF8"], ALWAYS);

@@ -1,9 +1,10 @@
 //! Which blocks are dirty in which frame: geometry, where it knows enough, and
 //! POV-Ray's proxies, where they cost less than they may save.
 //!
-//! The first proxies stand for all frames at once. Then for each half, and so on,
-//! as long as a pass over the blocks that are still dirty costs less than what it
-//! may save. A pass costs about what a frame costs, by the block.
+//! The first proxies stand for all frames at once. Then for each quarter or half,
+//! and so on, as long as a pass over the blocks that are still dirty costs less than
+//! what it may save: a little less than the one before it. A pass costs about what a
+//! frame costs, by the block.
 
 use std::ops::Range;
 
@@ -19,8 +20,19 @@ use super::purse::Purse;
 use crate::plain::pool::{Workers, side_by_side};
 use crate::render::RenderError;
 
-/// A pass of proxies is expected to save this share of what it looks at.
+/// Proxies for half as many frames are expected to save this share of what they
+/// look at, where nothing has told yet …
 const SAVES: f64 = 0.25;
+
+/// … and this share of what those for twice as many frames saved.
+const FADES: f64 = 0.65;
+
+/// A pass shall save so many times what it costs: it is waited for, too.
+const PAYS: f64 = 1.3;
+
+/// Groups of so many frames become four at once: what is saved by the first halving
+/// alone is little more, and each pass sleeps.
+const FOURS: usize = 16;
 
 /// One block of so many tells what share of them is touched.
 const SAMPLE: usize = 7;
@@ -129,11 +141,14 @@ impl<'a> Finding<'a> {
     ) -> Result<(), RenderError> {
         let grid = self.scene.grid();
         let block_s = costs.trace_s / grid.count() as f64;
-        let mut proxy_s = block_s;
+        // What is asked for costs as much to trace.
+        let mut asked_s = block_s;
+        let mut saves = SAVES;
         let mut purse = Purse::for_film(costs.whole_s() * self.boxes.len() as f64);
         let mut groups = vec![Group {
             frames: 0..self.boxes.len(),
             touchable: Blocks::all(grid),
+            halvings: 1,
         }];
         for level in 0.. {
             let mut passes = Vec::new();
@@ -142,38 +157,33 @@ impl<'a> Finding<'a> {
                 let Some(pass) = self.pass(group, masks) else {
                     return Ok(());
                 };
-                let dirty: usize = masks.dirty[pass.group.frames.clone()]
-                    .iter()
-                    .map(Blocks::len)
-                    .sum();
-                let cost_s = costs.parse_s + costs.other_s + pass.asked.len() as f64 * proxy_s;
+                let dirty = pass.dirty_frames(masks);
+                let cost_s = costs.parse_s + costs.other_s + pass.asked.len() as f64 * asked_s;
                 let must = at_least_once && level == 0;
-                let pays = cost_s < SAVES * dirty as f64 * block_s;
+                let saves = share_saved(saves, pass.group.halvings);
+                let pays = PAYS * cost_s < saves * dirty as f64 * asked_s;
                 if !pass.asked.is_empty() && (must || pays) {
                     passes.push(pass);
                 }
             }
             let asked: usize = passes.iter().map(|pass| pass.asked.len()).sum();
             let calls = passes.len().max(self.workers.busy()) as f64;
-            let cost_s = calls * (costs.parse_s + costs.other_s) + asked as f64 * proxy_s;
+            let cost_s = calls * (costs.parse_s + costs.other_s) + asked as f64 * asked_s;
             // The first pass was promised to pay.
             if passes.is_empty() || !purse.pay(cost_s, level == 0) {
                 break;
             }
-            let before: usize = masks.dirty.iter().map(Blocks::len).sum();
-            let beyond =
-                |touched: &[Pixels]| self.beyond(&passes, touched, costs, block_s, at_least_once);
-            let ((touched, trace_s), beyond) = if level == 0 {
-                // Most of the border is clean: nothing is lost by asking at once.
-                let none = vec![Pixels::none(grid.size); passes.len()];
-                let (touched, beyond) = rayon::join(|| self.touched(&passes), || beyond(&none));
-                (touched?, beyond?)
-            } else {
-                let found = self.touched(&passes)?;
-                let beyond = beyond(&found.0)?;
-                (found, beyond)
-            };
-            proxy_s = trace_s / asked as f64;
+            let sum = |masks: &Masks| -> usize { masks.dirty.iter().map(Blocks::len).sum() };
+            let before = sum(masks);
+            let looked: usize = passes.iter().map(|pass| pass.dirty_frames(masks)).sum();
+            // Most of the border is clean: nothing is lost by asking at once.
+            let (touched, beyond) = rayon::join(
+                || self.touched(&passes),
+                || self.beyond(&passes, costs, block_s, at_least_once),
+            );
+            let ((touched, trace_s), beyond) = (touched?, beyond?);
+            asked_s = block_s.max(trace_s / asked as f64);
+            let halvings = passes.iter().map(|pass| pass.group.halvings).max();
             masks.pixels += self.pixels(passes.iter().flat_map(|pass| pass.asked.iter()));
             groups = Vec::new();
             masks.pixels += beyond.pixels;
@@ -194,19 +204,22 @@ impl<'a> Finding<'a> {
                 }
                 let shown = touched.dirty(Sampling::Once);
                 let touchable = pass.group.touchable.without(&pass.asked.without(&shown));
-                if frames.len() > 1 {
-                    let (first, _) = Hulls::halves(&self.boxes[frames.clone()]);
-                    let middle = frames.start + first.len();
-                    groups.extend(
-                        [frames.start..middle, middle..frames.end].map(|frames| Group {
-                            frames,
-                            touchable: touchable.clone(),
-                        }),
-                    );
-                }
+                let parts = parts(frames);
+                let halvings = if parts.len() > 2 { 2 } else { 1 };
+                groups.extend(parts.into_iter().map(|frames| Group {
+                    frames,
+                    touchable: touchable.clone(),
+                    halvings,
+                }));
             }
-            let after: usize = masks.dirty.iter().map(Blocks::len).sum();
-            purse.saved((before - after) as f64 * block_s);
+            let saved = (before - sum(masks)) as f64;
+            purse.saved(saved * asked_s);
+            if level > 0 {
+                // Of each halving, in one pass or two.
+                let share = saved / looked.max(1) as f64;
+                let each = 1.0 / f64::from(halvings.unwrap_or(1).max(1));
+                saves = FADES * (1.0 - (1.0 - share).powf(each));
+            }
         }
         Ok(())
     }
@@ -218,6 +231,7 @@ impl<'a> Finding<'a> {
         let group = Group {
             frames: 0..1,
             touchable: Blocks::all(grid),
+            halvings: 1,
         };
         let mut sample = Sample {
             share: 1.0,
@@ -255,8 +269,7 @@ impl<'a> Finding<'a> {
         let boxes = &self.boxes[group.frames.clone()];
         let hulls = Hulls::of(&self.look.analysis, boxes)?;
         if let Some(geometry) = &self.geometry {
-            let frame = hulls.as_frame(&self.look.analysis, &boxes[0]);
-            group.touchable = group.touchable.and(&geometry.dirty(&frame));
+            group.touchable = group.touchable.and(&geometry.dirty_in(&hulls, &boxes[0]));
         }
         let dirty = masks.dirty[group.frames.clone()]
             .iter()
@@ -273,12 +286,11 @@ impl<'a> Finding<'a> {
         })
     }
 
-    /// Border blocks that nothing within the picture makes dirty: do their rays
-    /// beyond it? Asked where that may save more than it costs.
+    /// Border blocks: does anything beyond the picture make them dirty? Asked where
+    /// that may save more than it costs.
     fn beyond(
         &self,
         passes: &[Pass],
-        touched: &[Pixels],
         costs: &Costs,
         block_s: f64,
         always: bool,
@@ -293,9 +305,8 @@ impl<'a> Finding<'a> {
             return Ok(found);
         };
         let mut asked = Vec::new();
-        for (k, (pass, touched)) in passes.iter().zip(touched).enumerate() {
-            let within = touched.dirty_within(sampling);
-            let open = pass.dirty.and(&grid.border()).without(&within);
+        for (k, pass) in passes.iter().enumerate() {
+            let open = pass.dirty.and(&grid.border());
             let shown = grid.showing_beyond(&open);
             let frames = pass.group.frames.len() as f64;
             let cost_s = costs.parse_s + costs.other_s + shown.len() as f64 * block_s;
@@ -358,6 +369,26 @@ struct Group {
     frames: Range<usize>,
     /// All other blocks show no box of the group's.
     touchable: Blocks,
+    /// By how many halvings it is smaller than the one that was asked for last.
+    halvings: i32,
+}
+
+/// Parts of a group, whose boxes are within the group's.
+fn parts(frames: Range<usize>) -> Vec<Range<usize>> {
+    let halves = |frames: Range<usize>| {
+        let middle = frames.start + frames.len() / 2;
+        [frames.start..middle, middle..frames.end]
+    };
+    match frames.len() {
+        0..=1 => Vec::new(),
+        FOURS.. => halves(frames).into_iter().flat_map(halves).collect(),
+        _ => halves(frames).to_vec(),
+    }
+}
+
+/// What so many halvings save, of which each saves this share.
+fn share_saved(each: f64, halvings: i32) -> f64 {
+    1.0 - (1.0 - each).powi(halvings)
 }
 
 /// What proxies are rendered for.
@@ -367,6 +398,14 @@ struct Pass {
     /// In any of the frames.
     dirty: Blocks,
     asked: Blocks,
+}
+
+impl Pass {
+    /// The dirty blocks of all its frames.
+    fn dirty_frames(&self, masks: &Masks) -> usize {
+        let dirty = masks.dirty[self.group.frames.clone()].iter();
+        dirty.map(Blocks::len).sum()
+    }
 }
 
 /// What is known of rays beyond the picture's border.
@@ -382,6 +421,14 @@ mod tests {
     use decor_api::Size;
 
     use super::*;
+
+    #[test]
+    fn parts_are_halves_of_halves() {
+        assert!(parts(0..1).is_empty());
+        assert_eq!(parts(3..8), [3..5, 5..8]);
+        assert_eq!(parts(0..41), [0..10, 10..20, 20..30, 30..41]);
+        assert!((share_saved(0.5, 2) - 0.75).abs() < 1e-9);
+    }
 
     #[test]
     fn a_sample_is_spread_over_what_is_dirty() {

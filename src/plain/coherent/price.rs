@@ -18,6 +18,13 @@ pub const RISK: f64 = 0.02;
 /// Wall time of a call before its first frame, nearly all of it sleep.
 pub const CALL_S: f64 = 0.5;
 
+/// Calls that wait for each other: where everything is, proxies for all frames and
+/// for parts of them, frames that trace for others. Each sleeps before it works.
+const PHASES: Price = Price {
+    wall_s: 3.0,
+    cpu_s: 0.0,
+};
+
 /// No film is expected to have fewer dirty blocks.
 const BEST_SHARE: f64 = 0.1;
 
@@ -110,6 +117,11 @@ impl Price {
     }
 }
 
+/// Does coherence pay that takes so much after its first calls?
+pub fn pays(coherent: Price, whole: &Price) -> bool {
+    coherent.and(PHASES).beats(whole)
+}
+
 /// May coherence pay for `frames` more frames, at its very best, and does it cost
 /// little to know better?
 pub fn may_pay(costs: &Costs, frames: usize, workers: &Workers) -> bool {
@@ -118,8 +130,8 @@ pub fn may_pay(costs: &Costs, frames: usize, workers: &Workers) -> bool {
     }
     let asked = Price::of(frames, costs.asked_s(), workers);
     let best = Price::of(frames, costs.partial_s(BEST_SHARE), workers);
-    best.and(asked)
-        .beats(&Price::of(frames, costs.whole_s(), workers))
+    let whole = Price::of(frames, costs.whole_s(), workers);
+    pays(best.and(asked), &whole)
 }
 
 #[cfg(test)]
@@ -145,6 +157,8 @@ mod tests {
         assert!(may_pay(&costs(0.1, 10.0), 38, &WORKERS));
         assert!(may_pay(&costs(0.01, 1.0), 38, &WORKERS));
         assert!(!may_pay(&costs(0.01, 0.05), 38, &WORKERS));
+        // A film of eight seconds is over before all is known.
+        assert!(!may_pay(&costs(0.01, 0.4), 38, &WORKERS));
         // Scenes that take long to read, and little to trace.
         assert!(!may_pay(&costs(5.0, 3.0), 38, &WORKERS));
         assert!(!may_pay(&costs(0.1, 10.0), 0, &WORKERS));

@@ -20,7 +20,7 @@ use decor_povray::unedited::{Blocks, FrameBoxes, Traced, differing, only};
 
 use super::film::{Film, Found, add, measured, unless_copy_fails};
 use super::masks::{Finding, Sample};
-use super::price::{CALL_S, Costs, Price, RISK, SHORT_CALL_S};
+use super::price::{self, CALL_S, Costs, Price, RISK, SHORT_CALL_S};
 use crate::plain::pool::Workers;
 use crate::render::RenderError;
 
@@ -102,7 +102,7 @@ pub fn promises(costs: &Costs, share: f64, frames: usize, workers: &Workers) -> 
     let proxies = Price::of(PROXIES, costs.whole_s(), workers);
     let rest = Price::of(frames, costs.partial_s((GROUPED * share).min(1.0)), workers);
     let stock = Price::of(frames, costs.whole_s(), workers);
-    asked.and(proxies).and(rest).beats(&stock)
+    price::pays(asked.and(proxies).and(rest), &stock)
 }
 
 impl Film<'_> {

@@ -1,6 +1,8 @@
 //! Expressions of numbers and the clock: read as POV-Ray reads them, and reckoned
 //! nearly as it does.
 
+use std::collections::HashMap;
+
 use super::lex::{Kind, Token};
 
 /// An expression.
@@ -82,9 +84,13 @@ impl Expression {
     }
 }
 
+/// What names stand for.
+pub type Names<'a> = HashMap<&'a str, Expression>;
+
 /// Reads expressions of numbers and the clock.
 struct Reader<'t, 'a> {
     list: &'t [Token<'a>],
+    names: &'t Names<'a>,
     at: usize,
 }
 
@@ -156,6 +162,7 @@ impl Reader<'_, '_> {
             (Kind::Word, "clock") => Some(Expression::Clock),
             (Kind::Word, "frame_number") => Some(Expression::Frame),
             (Kind::Word, "pi") => Some(Expression::Number(std::f64::consts::PI)),
+            (Kind::Word, name) if self.names.contains_key(name) => self.names.get(name).cloned(),
             (Kind::Word, name) => {
                 let (name, least, most) = FUNCTIONS.iter().find(|(own, ..)| *own == name)?;
                 self.mark(&["("])?;
@@ -175,8 +182,8 @@ impl Reader<'_, '_> {
 }
 
 /// All of these tokens as one expression, if they are one.
-pub fn read(list: &[Token<'_>]) -> Option<Expression> {
-    let mut reader = Reader { list, at: 0 };
+pub fn read<'a>(list: &[Token<'a>], names: &Names<'a>) -> Option<Expression> {
+    let mut reader = Reader { list, names, at: 0 };
     let found = reader.whole()?;
     (reader.at == list.len()).then_some(found)
 }
@@ -198,7 +205,7 @@ mod tests {
             ("int(-1.5) + div(7, 2) + ceil(.1) + abs(-1)", 4.0),
             ("(clock = 0.5) + (clock <= 0.25)", 1.0),
         ] {
-            let found = read(&lex(text.as_bytes()).tokens);
+            let found = read(&lex(text.as_bytes()).tokens, &Names::new());
             let found = found.map(|expression| expression.value(0.5, 7.0));
             assert_eq!(found, Some(value), "{text}");
         }
@@ -221,7 +228,8 @@ mod tests {
             "\"clock\"",
             "clock.x",
         ] {
-            assert_eq!(read(&lex(text.as_bytes()).tokens), None, "{text}");
+            let found = read(&lex(text.as_bytes()).tokens, &Names::new());
+            assert_eq!(found, None, "{text}");
         }
     }
 }

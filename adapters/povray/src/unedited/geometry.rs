@@ -12,6 +12,8 @@ use glam::{DVec2, DVec3};
 use super::analysis::{Analysis, Kind};
 use super::blocks::{Blocks, Grid};
 use super::boxes::{Extent, FrameBoxes};
+use super::hulls::Hulls;
+use super::solid::{Solid, corners};
 use super::view::{Rectangle, View, touches};
 
 /// Around a block: pixels are sampled up to half a pixel from their centres,
@@ -30,6 +32,7 @@ pub struct Geometry {
     still: Vec<Still>,
     lights: Vec<DVec3>,
     moving: Vec<bool>,
+    round: Vec<bool>,
     /// Where still things mirror or bend rays.
     bent: Blocks,
     /// Where shadows can fall on a still thing.
@@ -65,6 +68,7 @@ impl Geometry {
             still: Vec::new(),
             lights: first.lights.clone(),
             moving,
+            round: look.iter().map(|s| s.round).collect(),
             bent: Blocks::none(grid),
             receivers: Blocks::none(grid),
             endless: false,
@@ -95,21 +99,40 @@ impl Geometry {
 
     /// The blocks that are dirty in a frame.
     pub fn dirty(&self, frame: &FrameBoxes) -> Blocks {
-        let same =
-            self.still_of(frame) == self.still && frame.lights == self.lights && !frame.lost_light;
-        if !same {
+        if !self.is_still(frame) {
             return Blocks::all(self.grid);
         }
         let moved = frame.objects.iter().filter(|o| self.moves(o.statement));
+        let solids = moved.map(|object| {
+            let is_round = self.round.get(object.statement).is_some_and(|is| *is);
+            Solid::of(&object.extent, is_round)
+        });
+        match solids.collect::<Option<Vec<Solid>>>() {
+            Some(solids) => self.touched_by(&solids),
+            None => Blocks::all(self.grid),
+        }
+    }
+
+    /// The blocks that are dirty in any frame of a group, of which `one` is one.
+    pub fn dirty_in(&self, hulls: &Hulls, one: &FrameBoxes) -> Blocks {
+        if self.is_still(one) {
+            self.touched_by(&hulls.solids)
+        } else {
+            Blocks::all(self.grid)
+        }
+    }
+
+    fn is_still(&self, frame: &FrameBoxes) -> bool {
+        self.still_of(frame) == self.still && frame.lights == self.lights && !frame.lost_light
+    }
+
+    fn touched_by(&self, solids: &[Solid]) -> Blocks {
         let mut dirty = self.bent.clone();
-        for object in moved {
-            let Extent::Box { min, max } = object.extent else {
-                return Blocks::all(self.grid);
-            };
-            let corners = corners(min, max);
-            dirty = dirty.or(&self.seen(&corners));
+        for solid in solids {
+            let points = solid.points();
+            dirty = dirty.or(&self.seen(&points));
             for light in &self.lights {
-                dirty = dirty.or(&self.shadowed(&corners, *light));
+                dirty = dirty.or(&self.shadowed(&points, *light));
             }
         }
         dirty
@@ -202,17 +225,6 @@ fn window(grid: Grid, block: usize) -> Rectangle {
             f64::from(window.bottom()) + MARGIN_PX,
         ),
     }
-}
-
-fn corners(min: DVec3, max: DVec3) -> [DVec3; 8] {
-    std::array::from_fn(|k| {
-        let pick = |bit: usize, a: f64, b: f64| if k & bit == 0 { a } else { b };
-        DVec3::new(
-            pick(1, min.x, max.x),
-            pick(2, min.y, max.y),
-            pick(4, min.z, max.z),
-        )
-    })
 }
 
 #[cfg(test)]

@@ -22,6 +22,7 @@ fn statement(kind: &str, moves: bool, bends: bool) -> Statement {
         moves,
         why: String::new(),
         bends,
+        round: false,
         repeated: false,
     }
 }

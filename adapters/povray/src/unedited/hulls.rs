@@ -1,39 +1,29 @@
-//! The boxes that stand for what moves in a group of frames.
+//! The boxes and balls that stand for what moves in a group of frames.
 //!
 //! What hardly moves gets one box for several frames, what moves fast one for each.
 //! A group's boxes are made of those of its halves, and so on: they hold those of
 //! every part of it. So what none of a group's boxes touches, none of a half's does.
 //!
-//! Boxes are larger than what they stand for by more than POV-Ray's tolerance: a
+//! They are larger than what they stand for by more than POV-Ray's tolerance: a
 //! shadow ray that begins inside one leaves it through a face that counts.
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-
 use super::analysis::Analysis;
-use super::boxes::{Extent, FrameBoxes, Placed};
+use super::boxes::FrameBoxes;
+use super::solid::Solid;
 
-/// POV-Ray's own tolerance is half of it.
-const AROUND: f64 = 2e-3;
-
-/// The same for large coordinates: extents are of single precision.
-const AROUND_SHARE: f64 = 1e-5;
-
-/// A box: its least and its greatest corner.
-pub(super) type Aabb = (DVec3, DVec3);
-
-/// The boxes of a group of frames, one after the other in time, by statement and
+/// The solids of a group of frames, one after the other in time, by statement and
 /// by which of its objects.
-type Merged = BTreeMap<(usize, usize), Vec<Aabb>>;
+type Merged = BTreeMap<(usize, usize), Vec<Solid>>;
 
 /// What stands for what moves in a group of frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hulls {
     /// The first and the last of the frames.
     pub frames: (u32, u32),
-    /// The boxes.
-    pub(super) boxes: Vec<Aabb>,
+    /// Boxes and balls.
+    pub(super) solids: Vec<Solid>,
 }
 
 impl Hulls {
@@ -41,38 +31,16 @@ impl Hulls {
     /// something moves that has no end.
     pub fn of(analysis: &Analysis, group: &[FrameBoxes]) -> Option<Self> {
         let frames = (group.first()?.frame, group.last()?.frame);
-        let boxes = merged(analysis, group)?.into_values().flatten();
-        let larger = |(min, max): Aabb| {
-            let largest = min.abs().max(max.abs()).max_element();
-            let around = DVec3::splat(AROUND + largest * AROUND_SHARE);
-            (min - around, max + around)
-        };
+        let solids = merged(analysis, group)?.into_values().flatten();
         Some(Self {
             frames,
-            boxes: boxes.map(larger).collect(),
+            solids: solids.map(Solid::grown).collect(),
         })
     }
 
-    /// The two parts of a group whose boxes are within the group's.
-    pub fn halves(group: &[FrameBoxes]) -> (&[FrameBoxes], &[FrameBoxes]) {
+    /// The two parts of a group of which its solids are made.
+    fn halves(group: &[FrameBoxes]) -> (&[FrameBoxes], &[FrameBoxes]) {
         group.split_at(group.len() / 2)
-    }
-
-    /// A frame in which the boxes are what moves.
-    pub fn as_frame(&self, analysis: &Analysis, one: &FrameBoxes) -> FrameBoxes {
-        let moves = |statement: usize| analysis.statements.get(statement).is_none_or(|s| s.moves);
-        let mut frame = one.clone();
-        frame.objects.retain(|object| !moves(object.statement));
-        let placed = self.boxes.iter().map(|(min, max)| Placed {
-            // A statement that is not known moves.
-            statement: usize::MAX,
-            extent: Extent::Box {
-                min: *min,
-                max: *max,
-            },
-        });
-        frame.objects.extend(placed);
-        frame
     }
 }
 
@@ -92,45 +60,38 @@ fn merged(analysis: &Analysis, group: &[FrameBoxes]) -> Option<Merged> {
         if !moves.is_none_or(|statement| statement.moves) {
             continue;
         }
-        let Extent::Box { min, max } = object.extent else {
-            return None;
-        };
-        if !(min.is_finite() && max.is_finite()) {
-            return None;
-        }
+        let is_round = moves.is_some_and(|statement| statement.round);
+        let solid = Solid::of(&object.extent, is_round)?;
         let which = count.entry(object.statement).or_default();
-        boxes.insert((object.statement, *which), vec![(min, max)]);
+        boxes.insert((object.statement, *which), vec![solid]);
         *which += 1;
     }
     Some(boxes)
 }
 
-/// Where the one list ends and the other begins, two boxes become one if it is no
+/// Where the one list ends and the other begins, two solids become one if it is no
 /// larger than both.
 fn joined(mut all: Merged, later: Merged) -> Merged {
-    let area = |(min, max): Aabb| {
-        let side = max - min;
-        side.x * side.y + side.y * side.z + side.z * side.x
-    };
-    for (key, mut boxes) in later {
+    for (key, mut solids) in later {
         let list = all.entry(key).or_default();
-        if let (Some(old), Some(new)) = (list.last().copied(), boxes.first_mut()) {
-            let both = (old.0.min(new.0), old.1.max(new.1));
-            if area(both) <= area(old) + area(*new) {
-                *new = both;
-                list.pop();
-            }
+        if let (Some(old), Some(new)) = (list.last(), solids.first_mut())
+            && let Some(both) = old.joined(new)
+        {
+            *new = both;
+            list.pop();
         }
-        list.extend(boxes);
+        list.extend(solids);
     }
     all
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
     use proptest::prelude::*;
 
     use super::*;
+    use crate::unedited::boxes::{Extent, Placed};
 
     fn frame(frame: u32, boxes: &[(f64, f64)]) -> FrameBoxes {
         let placed = |(at, side): &(f64, f64)| Placed {
@@ -147,9 +108,14 @@ mod tests {
         }
     }
 
-    fn of(group: &[FrameBoxes]) -> Option<Vec<Aabb>> {
+    fn of(group: &[FrameBoxes]) -> Option<Vec<(DVec3, DVec3)>> {
         // A statement that is not known moves.
-        Hulls::of(&Analysis::default(), group).map(|hulls| hulls.boxes)
+        let hulls = Hulls::of(&Analysis::default(), group)?;
+        let boxes = hulls.solids.into_iter().map(|solid| match solid {
+            Solid::Box { min, max } => (min, max),
+            Solid::Ball { .. } => panic!("{solid:?}"),
+        });
+        Some(boxes.collect())
     }
 
     #[test]

@@ -7,13 +7,13 @@
 //! PlainScene → Sources (source: the scene and its includes)
 //!            → Analysis (lex, outline, placing, taint, refuse: what moves)
 //!            → Boxes (instrument, boxes: where POV-Ray says that they are)
-//!            → Steps (expression: frames that show the same)
+//!            → Steps (expression, aliases: frames that show the same)
 //! ```
 //!
 //! About the pixels:
 //!
 //! ```text
-//! Boxes → Hulls (boxes for groups of frames)
+//! Boxes → Hulls (boxes and balls for groups of frames: solid)
 //!       → Geometry, Proxy (pixels that can be touched) → Blocks (dirty, by frame)
 //!       → Schedule (keys: who traces what for whom) → Finished, Traced (frames)
 //! ```
@@ -21,6 +21,7 @@
 //! The scene is never changed: copies of it are, by [`Edit`]s, and what cannot
 //! be understood for certain is a [`Refusal`]: all frames are rendered whole.
 
+mod aliases;
 mod analysis;
 mod blocks;
 mod boxes;
@@ -41,6 +42,7 @@ mod outline;
 mod placing;
 mod proxy;
 mod refuse;
+mod solid;
 mod source;
 mod steps;
 mod taint;

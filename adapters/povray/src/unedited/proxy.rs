@@ -1,6 +1,6 @@
 //! What moving objects can touch, by POV-Ray itself.
 //!
-//! In a copy of the scene boxes stand for all that moves, for a group of frames
+//! In a copy of the scene boxes and balls stand for all that moves, for a group of frames
 //! at once, two for each place: one that glows, and throws no shadow; and one
 //! that nobody sees, and that multiplies the light that passes by a huge number.
 //! A pixel of this picture that is not below [`TOUCHED`] has a ray, of whatever
@@ -29,10 +29,11 @@ use decor_api::{AdapterError, RunContext};
 use super::analysis::Analysis;
 use super::blocks::{Blocks, Grid, Pixels};
 use super::frames::{Timing, blocks_of, only, timing};
-use super::hulls::{Aabb, Hulls};
+use super::hulls::Hulls;
+use super::solid::Solid;
 use super::source::{Copy, Sources};
 use super::view::View;
-use crate::number::vector;
+use crate::number::{number, vector};
 use crate::plain::{More, Part, PlainScene};
 
 /// No picture is as bright.
@@ -91,7 +92,7 @@ impl<'a> Proxy<'a> {
         run: &RunContext,
     ) -> Result<Self, AdapterError> {
         let mut edits = analysis.hidden();
-        let mut behind = text(&analysis.prefix, &hulls.boxes);
+        let mut behind = text(&analysis.prefix, &hulls.solids);
         if let Some(view) = beyond {
             // The last camera counts.
             behind.push_str(&view.one_pixel_further());
@@ -164,27 +165,35 @@ fn is_touched(numbers: [f32; 5]) -> bool {
     !numbers.iter().all(|n| n.abs() < TOUCHED)
 }
 
-/// The boxes as they stand behind the scene.
-fn text(prefix: &str, boxes: &[Aabb]) -> String {
+/// The boxes and balls as they stand behind the scene.
+fn text(prefix: &str, solids: &[Solid]) -> String {
     let mut text = format!(
         "\
 #declare {prefix}language = version;
 #version 3.7;
-#macro {prefix}proxy(A_, B_)
-  box {{ A_, B_
+#macro {prefix}proxy(O_)
+  object {{ O_
     pigment {{ rgb 1e38 }} finish {{ ambient 0 diffuse 0 emission 1e38 }}
     no_shadow hollow
   }}
-  box {{ A_, B_
+  object {{ O_
     pigment {{ rgbf <1e38, 1e38, 1e38, 1> }} finish {{ ambient 0 diffuse 0 }}
     no_image no_reflection hollow
   }}
 #end
 "
     );
-    for (min, max) in boxes {
-        let (min, max) = (vector(*min), vector(*max));
-        let _ = writeln!(text, "{prefix}proxy({min}, {max})");
+    for solid in solids {
+        let shape = match *solid {
+            Solid::Box { min, max } => format!("box {{ {}, {} }}", vector(min), vector(max)),
+            Solid::Ball { centre, radius } => {
+                format!("sphere {{ {}, {} }}", vector(centre), number(radius))
+            }
+        };
+        let _ = writeln!(
+            text,
+            "#declare {prefix}solid = {shape} {prefix}proxy({prefix}solid)"
+        );
     }
     let _ = writeln!(text, "#version {prefix}language;");
     text
@@ -207,6 +216,18 @@ mod tests {
 
     #[test]
     fn text_of_the_boxes() {
-        insta::assert_snapshot!(text("decor0_", &[(DVec3::ZERO, DVec3::ONE)]));
+        insta::assert_snapshot!(text(
+            "decor0_",
+            &[
+                Solid::Box {
+                    min: DVec3::ZERO,
+                    max: DVec3::ONE
+                },
+                Solid::Ball {
+                    centre: DVec3::X,
+                    radius: 0.5
+                }
+            ]
+        ));
     }
 }

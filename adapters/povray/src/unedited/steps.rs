@@ -6,7 +6,7 @@
 //! (`floor(clock * 4)`, `min(clock, 0.5)`, `(clock > 0.3)`), the scene depends on
 //! the values of these expressions alone: two frames in which all of them are equal
 //! are one scene, and one picture. A single clock outside of such brackets, and no two
-//! frames are called equal.
+//! frames are called equal. Names stand for their values ([`aliases`](super::aliases)).
 //!
 //! Here expressions are found, and reckoned, to know whether it is worth while to
 //! ask. Whether values are equal POV-Ray itself says, in one call: its arithmetic
@@ -18,6 +18,7 @@ use std::fmt::Write as _;
 use decor_api::process::ProcessCall;
 use decor_api::{AdapterError, RunContext};
 
+use super::aliases::Aliases;
 use super::expression::{Expression, read};
 use super::lex::{Kind, Token};
 use super::outline::{Outline, Tokens};
@@ -70,7 +71,12 @@ fn is_in_function(tokens: &Tokens<'_>, at: usize) -> bool {
 
 /// The largest expression in brackets around a token that is made of numbers and
 /// the clock alone.
-fn expression<'t, 'a>(tokens: &'t Tokens<'a>, at: usize) -> Option<(&'t [Token<'a>], Expression)> {
+fn expression<'t, 'a>(
+    tokens: &'t Tokens<'a>,
+    at: usize,
+    aliases: &Aliases<'a>,
+) -> Option<(&'t [Token<'a>], Expression)> {
+    let read = |list| read(list, &aliases.values);
     let mut found = None;
     let mut inner = at;
     while let Some(open) = around(tokens, inner) {
@@ -93,7 +99,7 @@ fn expression<'t, 'a>(tokens: &'t Tokens<'a>, at: usize) -> Option<(&'t [Token<'
 }
 
 /// The text of an expression.
-fn text(list: &[Token<'_>]) -> String {
+pub(super) fn text<'a>(list: &[Token<'a>], aliases: &Aliases<'a>) -> String {
     let mut text = String::new();
     let mut end = None;
     for token in list {
@@ -101,10 +107,12 @@ fn text(list: &[Token<'_>]) -> String {
             text.push(' ');
         }
         end = Some(token.end);
-        text.push_str(match (token.kind, token.text) {
-            (Kind::Word, "clock") => "C_",
-            (Kind::Word, "frame_number") => "F_",
-            (_, other) => other,
+        let alias = aliases.texts.get(token.text);
+        text.push_str(match (token.kind, token.text, alias) {
+            (Kind::Word, "clock", _) => "C_",
+            (Kind::Word, "frame_number", _) => "F_",
+            (Kind::Word, _, Some(alias)) => alias,
+            (_, other, _) => other,
         });
     }
     text
@@ -121,17 +129,19 @@ impl Steps {
         if declared.chain(params).any(|name| name == "frame_number") {
             return None;
         }
+        let aliases = Aliases::of(outline);
         let mut expressions = BTreeMap::new();
-        for tokens in &outline.tokens {
+        for (file, tokens) in outline.tokens.iter().enumerate() {
             for (at, token) in tokens.list.iter().enumerate() {
-                if token.kind != Kind::Word || !matches!(token.text, "clock" | "frame_number") {
+                let differs = token.kind == Kind::Word && aliases.moves(token.text);
+                if !differs || aliases.declares(file, at) {
                     continue;
                 }
                 if is_in_function(tokens, at) {
                     return None;
                 }
-                let (list, expression) = expression(tokens, at)?;
-                expressions.insert(text(list), expression);
+                let (list, expression) = expression(tokens, at, &aliases)?;
+                expressions.insert(text(list, &aliases), expression);
             }
         }
         Some(Self {
@@ -327,7 +337,7 @@ mod tests {
         for (text, expected) in [
             ("sphere { x * floor(clock*4), 1 }", "floor(C_*4)"),
             (
-                "#declare A = sin(floor(frame_number / 3) * 2) * 90;",
+                "#declare A = sin(floor(frame_number / 3) * 2) * 90 * x;",
                 "sin(floor(F_ / 3) * 2)",
             ),
             ("#if (clock > 0.5) sphere { 0, 1 } #end", "(C_ > 0.5)"),
@@ -339,6 +349,16 @@ mod tests {
             // What is around it has other things in it.
             ("#declare A = max(B, int(clock*9));", "int(C_*9)"),
             ("#declare A = F(div(clock, .1));", "(div(C_, .1))"),
+            // By name.
+            (
+                "#declare T = clock * 4; sphere { x * floor(T), 1 }",
+                "floor((C_ * 4))",
+            ),
+            (
+                "#declare N = 8; #declare T = N * clock; #local U = floor(T) + 1;
+                 sphere { x * mod(U, 2), 1 } box { 0, N }",
+                "mod((floor(((8) * C_)) + 1), 2)",
+            ),
         ] {
             assert_eq!(steps(text), Some(vec![expected.to_owned()]), "{text}");
         }
@@ -358,6 +378,17 @@ mod tests {
             "#declare F = function(u) { floor(clock*4) * u };",
             "#local frame_number = 3; sphere { x * floor(frame_number / 2), 1 }",
             "#declare A = rand(clock);  #declare B = Table[clock];",
+            // Names that are used otherwise, or that have several values.
+            "#declare T = clock * 4; sphere { x * T, 1 } sphere { y * floor(T), 1 }",
+            "#declare T = clock * 4; #declare T = T + 1; sphere { x * floor(T), 1 }",
+            "#macro M(T) sphere { x * floor(T), 1 } #end #declare T = clock; M(3)",
+            "#declare T = clock * x; sphere { floor(T), 1 }",
+            "#declare T = clock; #for (I, 1, T) sphere { x * floor(I + T), 1 } #end",
+            "#declare T = clock; isosurface { function { x - floor(T) } }",
+            "#macro Set(P) #declare P = floor(clock * 4); #end
+             #declare N = 4; Set(N) sphere { x * floor(N * clock), 1 }",
+            "#declare T = clock * 4; #undef T sphere { x * floor(T), 1 }",
+            "#declare T = clock * 4 #if (1) + 1 #end; sphere { x * floor(T), 1 }",
         ] {
             let found = steps(text);
             // One value of many, or nothing at all.
@@ -422,6 +453,9 @@ mod tests {
         let text = "sphere { x * floor(clock*4) + y * (frame_number > 5), 1 }";
         let all = repeated(text, &["+KFF12"]);
         assert_eq!((&all[&4], all.get(&6)), (&vec![5], None));
+        // The same by name.
+        let text = "#declare T = clock*4; sphere { x * floor(T), 1 }";
+        assert_eq!(repeated(text, &["+KFF12"])[&4], [5, 6]);
         // A pause, and small values that differ.
         let all = repeated("sphere { x * min(clock, 0.5), 1 }", &["+KFF9"]);
         assert_eq!(all, BTreeMap::from([(5, vec![6, 7, 8, 9])]));
