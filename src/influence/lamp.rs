@@ -149,8 +149,9 @@ impl Lamp {
                 radius,
                 cone,
             } => {
-                let is_dark = cone.is_some_and(|cone| beam.is_outside(centre, cone));
-                !is_dark && blocks_lamp(ball, beam, centre, radius)
+                // A cone's angles take longer than all of the other.
+                let is_dark = || cone.is_some_and(|cone| beam.is_outside(centre, cone));
+                blocks_lamp(ball, beam, centre, radius) && !is_dark()
             }
             Self::Sun { back, plane } => blocks_sun(ball, beam, back, plane),
         }

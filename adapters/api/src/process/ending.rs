@@ -9,7 +9,7 @@ use process_wrap::std::ChildWrapper;
 
 /// Between two looks at whether to stop: nobody notices a longer wait, and it
 /// costs nothing to speak of.
-const LOOK: Duration = Duration::from_millis(40);
+const LOOK: Duration = Duration::from_millis(100);
 
 /// Why waiting is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
