@@ -34,7 +34,7 @@ def where(machine, version, renderer, repeats):
     """What the figures were measured on, as a paragraph."""
     busy = ""
     if machine["load"] > 0.5:
-        busy = (f" **The machine was busy (load up to {machine['load']} when a measurement began): "
+        busy = (f" **The machine was busy (up to {machine['load']} cores when a measurement began): "
                 "wall times are not to be trusted.**")
     runs = "one run" if repeats == 1 else f"medians of {repeats} runs"
     return (f"{version}, {renderer}, {machine['cores']} cores of {machine['cpu']}, "
