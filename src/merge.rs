@@ -160,6 +160,42 @@ pub fn merge_onto(
     }
 }
 
+/// Lays a layer of which all is nearer than the décor over it, by its coverage alone.
+/// `lay` is told of every run of pixels where anything of it is seen.
+pub fn lay_over(decor: Backdrop<'_>, fast: &Layer, mut lay: impl FnMut(Run<'_>)) {
+    let width = (fast.window.width as usize).max(1);
+    let rows = fast.colour.as_deref().unwrap_or_default().chunks(width);
+    let mut depth = vec![f64::INFINITY; width];
+    let mut both = Vec::new();
+    for (y, row) in (fast.window.y..).zip(rows) {
+        let mut from = 0;
+        for run in row.chunk_by(|a, b| Shown::by_coverage(a) == Shown::by_coverage(b)) {
+            let x = fast.window.x + from as u32;
+            from += run.len();
+            let colour = match Shown::by_coverage(&run[0]) {
+                Shown::Decor => continue,
+                Shown::Fast => run,
+                Shown::Both => {
+                    both.resize(run.len(), [0.0; 4]);
+                    let depth = &mut depth[..run.len()];
+                    decor.depths(x, y, depth);
+                    decor.colours(x, y, depth, &mut both);
+                    for (below, over) in both.iter_mut().zip(run) {
+                        *below = laid_over(*over, *below);
+                    }
+                    &both[..]
+                }
+            };
+            lay(Run {
+                x,
+                y,
+                colour,
+                depth: &[],
+            });
+        }
+    }
+}
+
 /// What is seen in a pixel.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Shown {
@@ -167,6 +203,17 @@ enum Shown {
     Fast,
     /// The décor through the edge of something fast.
     Both,
+}
+
+impl Shown {
+    /// Where nothing of the décor is nearer.
+    fn by_coverage(pixel: &[f32; 4]) -> Self {
+        match pixel[3] {
+            coverage if coverage >= 1.0 => Self::Fast,
+            coverage if coverage > 0.0 => Self::Both,
+            _ => Self::Decor,
+        }
+    }
 }
 
 /// A fast layer, its colour and its depth.
@@ -321,6 +368,21 @@ mod tests {
         let fast = layer(0, &[RED, half, half], &[2.0, FAR, FAR]);
         let patch = merge(Backdrop::plain(&decor), &fast, &fast, true);
         assert_eq!(patch.colour, [RED, [0.5, 0.0, 0.5, 1.0]]);
+    }
+
+    #[test]
+    fn what_is_before_all_is_laid_over_by_its_coverage() {
+        let half = [0.5, 0.0, 0.0, 0.5];
+        let mut decor = layer(0, &[BLUE; 6], &[5.0; 6]);
+        let mut fast = layer(1, &[RED, RED, half, [0.0; 4], RED], &[FAR; 5]);
+        (decor.depth, fast.depth) = (None, None);
+        let mut runs = Vec::new();
+        lay_over(Backdrop::plain(&decor), &fast, |run| {
+            assert_eq!((run.y, run.depth), (0, &[][..]));
+            runs.push((run.x, run.colour.to_vec()));
+        });
+        let mixed = vec![[0.5, 0.0, 0.5, 1.0]];
+        assert_eq!(runs, [(1, vec![RED; 2]), (3, mixed), (5, vec![RED])]);
     }
 
     #[test]

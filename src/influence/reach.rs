@@ -46,9 +46,9 @@ pub fn reach(still: &Still<'_>, changed: &[Changed], receivers: &[Changed]) -> O
 
 /// Where the surfaces of the décor can be: in the boxes of its objects.
 pub struct Places {
-    parts: Vec<Part>,
+    pub(super) parts: Vec<Part>,
     /// Anywhere: an object has no end.
-    endless: bool,
+    pub(super) endless: bool,
 }
 
 impl Places {
@@ -62,9 +62,14 @@ impl Places {
         }
     }
 
+    /// How many parts they have.
+    pub(super) fn count(&self) -> usize {
+        self.parts.len()
+    }
+
     /// At which distances along the rays of a window: from one to another, ascending
     /// and apart.
-    fn along(&self, tracer: &Tracer<'_>, window: Window) -> Vec<(f64, f64)> {
+    pub(super) fn along(&self, tracer: &Tracer<'_>, window: Window) -> Vec<(f64, f64)> {
         if self.endless {
             return vec![(0.0, f64::INFINITY)];
         }

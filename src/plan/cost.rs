@@ -293,6 +293,7 @@ pub fn whole_work(stage: &Stage, wishes: &Wishes) -> Work {
         resting: std::collections::HashSet::new(),
         threshold_px: 0.0,
         still: false,
+        before: false,
         sky: None,
         dissolve_until: None,
         end: super::End::Done,

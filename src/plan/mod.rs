@@ -274,6 +274,9 @@ pub struct Period {
     /// Does neither the observer move nor anything that the décor shows? Then what
     /// was rendered of it is right to the pixel in every frame.
     pub still: bool,
+    /// Is all that is merged nearer than whatever of the décor it is seen over, in all
+    /// frames? Then its coverage says what is seen, and neither has a depth.
+    pub before: bool,
     /// The sky, where there is one and the observer moves.
     pub sky: Option<SkyMotion>,
     /// The frame whose poses the décor dissolves towards, where it does: the one
@@ -327,9 +330,14 @@ impl Period {
         self.frames.iter().any(|frame| match frame {
             FramePlan::Layered {
                 fast, sky, shadows, ..
-            } => !fast.is_empty() || *sky || shadows.is_some(),
+            } => self.merges_by_depth(fast) || *sky || shadows.is_some(),
             FramePlan::Whole => false,
         })
+    }
+
+    /// Is what is drawn in these windows merged by its depth?
+    pub fn merges_by_depth(&self, fast: &[Window]) -> bool {
+        !fast.is_empty() && !self.before
     }
 
     /// Is the décor needed light by light?

@@ -3,10 +3,13 @@
 
 use std::collections::HashMap;
 
+use decor_api::Optics;
+
 use super::make::Maker;
 use super::screened::Screens;
 use super::{FramePlan, Mode, Period, ShadowWay};
 use crate::film::{FrameState, ObjectId};
+use crate::influence::{Changed, Depths, Order, Still};
 use crate::segmentation::Class;
 
 /// How fast objects come into a frame.
@@ -27,6 +30,7 @@ impl Maker<'_> {
     pub fn lay(&self, period: &mut Period, first: &FrameState<'_>) {
         let whole = period.frames.clone();
         self.lay_by(period, first, Way::Merged);
+        period.before = self.is_before(period, first);
         let ways = [
             (Way::Islands, self.may_have_islands(period, first)),
             (Way::ByDepth, self.may_be_by_depth(period, first)),
@@ -34,6 +38,7 @@ impl Maker<'_> {
         for (way, _) in ways.into_iter().filter(|(_, may)| *may) {
             let mut other = Period {
                 frames: whole.clone(),
+                before: false,
                 ..period.clone()
             };
             self.lay_by(&mut other, first, way);
@@ -42,6 +47,65 @@ impl Maker<'_> {
                 *period = other;
             }
         }
+    }
+
+    /// Is all that is merged nearer than whatever of the décor it is seen over? Only
+    /// where the décor is still, and coverage tells what is there.
+    fn is_before(&self, period: &Period, first: &FrameState<'_>) -> bool {
+        let by_coverage = |frame: &FramePlan| {
+            matches!(
+                frame,
+                FramePlan::Layered {
+                    sky: false,
+                    shadows: None,
+                    ..
+                }
+            )
+        };
+        let merges = |frame: &FramePlan| matches!(frame, FramePlan::Layered { fast, .. } if !fast.is_empty());
+        let frames = &period.frames;
+        let can = period.still
+            && !self.live
+            && !self.wishes.with_depth
+            && self.abilities().coverage
+            && !self.stage.surroundings(first).sky_on_objects;
+        if !can || !frames.iter().any(merges) || !frames.iter().all(by_coverage) {
+            return false;
+        }
+        let still = Still {
+            camera: &first.camera,
+            size: self.stage.size(),
+            lights: &[],
+            shadows: false,
+            antialiased: first.antialias.is_some(),
+            by_blocks: None,
+            depths: Depths::unknown(),
+            optical: &[],
+            slender: &[],
+        };
+        let classes = period.classes();
+        let in_decor = |id: &ObjectId| {
+            classes
+                .get(id)
+                .is_some_and(|class: &Class| class.in_decor())
+        };
+        let decor = first.objects.iter().filter(|object| in_decor(&object.id));
+        let decor: Vec<Changed> = decor.map(|object| self.stage.changed(object)).collect();
+        let mut order = Order::of(&still, &decor);
+        (period.start..).zip(frames).all(|(number, frame)| {
+            let FramePlan::Layered { fast, .. } = frame else {
+                return true;
+            };
+            let state = self.state(number);
+            let mut moving = state.objects.iter().filter(|o| !in_decor(&o.id));
+            fast.is_empty()
+                || moving.all(|object| {
+                    let front = [self.stage.changed(object)];
+                    let is_solid = self.stage.prototype(object).optics == Optics::Opaque;
+                    let seen = self.outlines.of(self.stage, object, &state);
+                    is_solid && seen.iter().all(|&w| order.is_before(&still, &front, w))
+                })
+        })
     }
 
     /// May what is fast be hidden by the décor, so that its depth tells where blocks

@@ -20,7 +20,7 @@ impl Execution<'_> {
         else {
             return false;
         };
-        if fast.is_empty() {
+        if !period.merges_by_depth(fast) {
             return false;
         }
         let classes = period.classes();

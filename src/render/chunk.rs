@@ -168,7 +168,9 @@ impl Execution<'_> {
                         let scene = Arc::new(self.fast_scene(&state, &seen));
                         for window in windows {
                             add(Pass::Fast, &scene, Region::Window(window));
-                            add(Pass::FastDepth, &scene, Region::Window(window));
+                            if !period.before {
+                                add(Pass::FastDepth, &scene, Region::Window(window));
+                            }
                         }
                     }
                     if let Some(blocks) = blocks.get(&number).filter(|b| !b.is_empty()) {

@@ -18,7 +18,7 @@ use super::surfaces::Surfaces;
 use crate::dissolve::{Backdrop, Dissolve};
 use crate::frames::{Canvas, Encoder, Ground, Still, WriteError, name, write_safely};
 use crate::influence::{Depths, Ranges};
-use crate::merge::{Patch, merge_onto};
+use crate::merge::{Patch, Run, lay_over, merge_onto};
 use crate::plan::{BlockSet, Period};
 use crate::shadow::Shade;
 
@@ -285,11 +285,15 @@ impl Execution<'_> {
             for region in calls.regions(Pass::Fast, number) {
                 let colour = calls.layer_in(Pass::Fast, number, &region)?;
                 let depth = calls.layer_in(Pass::FastDepth, number, &region)?;
-                if let (Some(colour), Some(depth)) = (colour, depth) {
-                    let with_depth = self.with_depth();
-                    merge_onto(backdrop, &colour, &depth, antialiased, with_depth, |run| {
-                        canvas.lay_row(run.x, run.y, run.colour, run.depth);
-                    });
+                let mut lay = |run: Run<'_>| canvas.lay_row(run.x, run.y, run.colour, run.depth);
+                match (colour, depth) {
+                    (Some(colour), Some(depth)) => {
+                        let with_depth = self.with_depth();
+                        merge_onto(backdrop, &colour, &depth, antialiased, with_depth, lay);
+                    }
+                    // It is before all of the décor.
+                    (Some(colour), None) => lay_over(backdrop, &colour, &mut lay),
+                    _ => {}
                 }
             }
         }

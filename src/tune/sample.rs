@@ -186,6 +186,7 @@ mod tests {
                 resting: std::collections::HashSet::new(),
                 threshold_px: 1.0,
                 still: false,
+                before: false,
                 sky: None,
                 dissolve_until: None,
                 end: End::Asked,

@@ -43,7 +43,8 @@ pub struct Abilities {
     pub hidden_casters: bool,
     /// Can it shoot a list of rays, and so say how much light arrives at points?
     pub ray_list: bool,
-    /// Does it state coverage (alpha) when it antialiases?
+    /// Does it state coverage (alpha): with antialiasing the share of a pixel, without
+    /// it whether anything is there?
     pub coverage: bool,
     /// Does it render shadows?
     pub shadows: bool,

@@ -20,8 +20,8 @@ use crate::scene::{Antialias, NativeFile, PictureFormat, Scene};
 pub enum Output {
     /// Colour with the background and the sky: coverage is 1 everywhere.
     ColourOverBackground,
-    /// Colour and coverage of the objects alone. Without antialiasing, coverage
-    /// may be left at 1 where nothing is: the matte comes from the depth then.
+    /// Colour and coverage of the objects alone. Where the abilities say no `coverage`,
+    /// it may be left at 1 where nothing is: the matte comes from the depth then.
     ColourAlone {
         /// Draw the sky too, where it changes the objects' own colours (fog):
         /// coverage is then not to be had.

@@ -283,7 +283,9 @@ impl Work {
                     }
                     for &window in windows {
                         frame.pictures.push(fast.picture(Pass::Fast, window));
-                        frame.pictures.push(fast.picture(Pass::FastDepth, window));
+                        if !period.before {
+                            frame.pictures.push(fast.picture(Pass::FastDepth, window));
+                        }
                         frame.merged += window.pixels() as f64;
                     }
                     let by_map = shadows.is_some_and(|shadows| shadows.by_map);

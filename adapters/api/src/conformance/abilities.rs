@@ -252,6 +252,15 @@ pub fn coverage_is_stated_as_declared(subject: &Subject) {
         (sum / area - 1.0).abs() < 0.02,
         "{sum} pixels, not {area:.1}"
     );
+    // Without antialiasing something is there, or nothing is.
+    let plain = stage.draw(&*adapter, alone);
+    let depth = stage.draw(&*adapter, Output::Depth);
+    let depths = depth.depth.as_deref().unwrap_or_default();
+    assert_eq!(colours(&plain).len(), depths.len());
+    for (pixel, depth) in colours(&plain).iter().zip(depths) {
+        let there = if depth.is_finite() { 1.0 } else { 0.0 };
+        assert_eq!(pixel[3], there, "{pixel:?} at {depth}");
+    }
 }
 
 /// Depth comes out of the pass that draws colour.
