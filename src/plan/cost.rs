@@ -8,6 +8,7 @@
 //! only such a model knows which of the two a plan waits for.
 
 mod coverage;
+mod memory;
 mod pool;
 mod prediction;
 mod work;

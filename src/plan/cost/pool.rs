@@ -8,7 +8,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::{Costs, FrameWork, Pass, Picture, Price, Work};
+use super::{Costs, FrameWork, Pass, Picture, Price, Work, memory};
 use crate::stage::Stage;
 
 /// Pixels of layers that one chunk holds at once, at most.
@@ -26,12 +26,12 @@ pub fn periods_at_once(pixels: f64, jobs: usize) -> usize {
 }
 
 /// Calls at once, where nobody says otherwise: fewer where pictures are large,
-/// for each keeps a core busy.
+/// for each keeps a core busy, and where scenes are, for each holds its own.
 pub fn jobs(stage: &Stage) -> usize {
     const LARGE_PIXELS: usize = 1 << 19;
     let jobs = stage.adapter.abilities().jobs;
     let large = stage.size().pixels() > LARGE_PIXELS;
-    if large { jobs / 2 } else { jobs }.max(1)
+    memory::that_fit(stage, if large { jobs / 2 } else { jobs })
 }
 
 /// Frames in a chunk of a period of `frames`, of which the heaviest holds so
