@@ -161,18 +161,26 @@ pub fn merge_onto(
 }
 
 /// Lays a layer of which all is nearer than the décor over it, by its coverage alone.
-/// `lay` is told of every run of pixels where anything of it is seen.
-pub fn lay_over(decor: Backdrop<'_>, fast: &Layer, mut lay: impl FnMut(Run<'_>)) {
+/// `lay` is told of every run of pixels where anything of it is seen. As in
+/// [`merge_onto`], a pixel belongs to one or the other where nothing is `antialiased`:
+/// the décor's colours need not be there then.
+pub fn lay_over(
+    decor: Backdrop<'_>,
+    fast: &Layer,
+    antialiased: bool,
+    mut lay: impl FnMut(Run<'_>),
+) {
+    let shown = |pixel: &[f32; 4]| Shown::by_coverage(pixel[3], antialiased);
     let width = (fast.window.width as usize).max(1);
     let rows = fast.colour.as_deref().unwrap_or_default().chunks(width);
     let mut depth = vec![f64::INFINITY; width];
     let mut both = Vec::new();
     for (y, row) in (fast.window.y..).zip(rows) {
         let mut from = 0;
-        for run in row.chunk_by(|a, b| Shown::by_coverage(a) == Shown::by_coverage(b)) {
+        for run in row.chunk_by(|a, b| shown(a) == shown(b)) {
             let x = fast.window.x + from as u32;
             from += run.len();
-            let colour = match Shown::by_coverage(&run[0]) {
+            let colour = match shown(&run[0]) {
                 Shown::Decor => continue,
                 Shown::Fast => run,
                 Shown::Both => {
@@ -207,10 +215,10 @@ enum Shown {
 
 impl Shown {
     /// Where nothing of the décor is nearer.
-    fn by_coverage(pixel: &[f32; 4]) -> Self {
-        match pixel[3] {
-            coverage if coverage >= 1.0 => Self::Fast,
-            coverage if coverage > 0.0 => Self::Both,
+    fn by_coverage(coverage: f32, antialiased: bool) -> Self {
+        match coverage {
+            some if some > 0.0 && some < 1.0 && antialiased => Self::Both,
+            some if some > 0.0 => Self::Fast,
             _ => Self::Decor,
         }
     }
@@ -377,12 +385,18 @@ mod tests {
         let mut fast = layer(1, &[RED, RED, half, [0.0; 4], RED], &[FAR; 5]);
         (decor.depth, fast.depth) = (None, None);
         let mut runs = Vec::new();
-        lay_over(Backdrop::plain(&decor), &fast, |run| {
+        lay_over(Backdrop::plain(&decor), &fast, true, |run| {
             assert_eq!((run.y, run.depth), (0, &[][..]));
             runs.push((run.x, run.colour.to_vec()));
         });
         let mixed = vec![[0.5, 0.0, 0.5, 1.0]];
         assert_eq!(runs, [(1, vec![RED; 2]), (3, mixed), (5, vec![RED])]);
+        // Without antialiasing, colours of the décor may have been let go.
+        (decor.colour, runs) = (None, Vec::new());
+        lay_over(Backdrop::plain(&decor), &fast, false, |run| {
+            runs.push((run.x, run.colour.to_vec()));
+        });
+        assert_eq!(runs, [(1, vec![RED, RED, half]), (5, vec![RED])]);
     }
 
     #[test]

@@ -15,7 +15,7 @@ SPACING = 12.0
 def tables(quick):
     """What is measured: {title: (unit, [values])}."""
     return {
-        "length": ("frame", [6, 12, 24] if quick else [25, 50, 100, 200]),
+        "length": ("frame", [6, 12, 24] if quick else [25, 50, 100, 200, 400]),
         "size": ("pixel", [64, 96, 128] if quick else [128, 256, 512, 1024]),
         "objects": ("object", [10, 100, 1000] if quick else [10, 100, 1000, 10_000, 100_000]),
     }

@@ -292,7 +292,7 @@ impl Execution<'_> {
                         merge_onto(backdrop, &colour, &depth, antialiased, with_depth, lay);
                     }
                     // It is before all of the décor.
-                    (Some(colour), None) => lay_over(backdrop, &colour, &mut lay),
+                    (Some(colour), None) => lay_over(backdrop, &colour, antialiased, &mut lay),
                     _ => {}
                 }
             }
