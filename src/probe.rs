@@ -23,7 +23,7 @@ use decor_api::{AdapterError, RunContext};
 use serde::{Deserialize, Serialize};
 
 use crate::objects::Cache;
-use crate::plan::{Costs, CostsFrom, Mode, Plan, Price, Wishes, jobs, whole_work};
+use crate::plan::{Costs, CostsFrom, Mode, Parsed, Plan, Price, Wishes, jobs, whole_work};
 use crate::stage::Stage;
 
 pub use learned::{Learned, learn};
@@ -151,14 +151,21 @@ pub fn worth_probing(stage: &Stage, wishes: &Wishes) -> bool {
     const TIMES: f64 = 10.0;
     let cores = cores();
     let costs = built_in(stage);
-    let frames = costs.price(&whole_work(stage, wishes), jobs(stage), cores);
-    frames.wall_s > TIMES * own_wall_s(&costs)
+    let work = whole_work(stage, wishes);
+    let frames = costs.price(&work, jobs(stage), cores);
+    let mut pictures = work.frames.iter().flat_map(|frame| &frame.pictures);
+    let parsed = pictures.next().map(|picture| picture.parsed);
+    frames.wall_s > TIMES * own_wall_s(&costs, &parsed.unwrap_or_default())
 }
 
-/// How long a probe takes, about.
-fn own_wall_s(costs: &Costs) -> f64 {
+/// How long a probe takes, about, of a scene with so much to read.
+fn own_wall_s(costs: &Costs, parsed: &Parsed) -> f64 {
+    /// Pictures of the scene; those of the fast objects alone read little.
+    const SCENES: f64 = 8.0;
     let pixels = 12.0 * sample::PIXELS;
-    let work = 12.0 * (costs.call_cpu_s + 2.0 * costs.picture_cpu_s) + costs.colour.of(pixels, 0.0);
+    let work = 12.0 * (costs.call_cpu_s + 2.0 * costs.picture_cpu_s)
+        + SCENES * costs.read(parsed)
+        + costs.colour.of(pixels, 0.0);
     costs.call_sleep_s + 3.0 * costs.picture_sleep_s + work / cores() as f64
 }
 
@@ -175,11 +182,11 @@ fn built_in(stage: &Stage) -> Costs {
     let mut costs = Costs {
         call_sleep_s: 0.6 * overhead_s,
         picture_sleep_s: 0.33 * overhead_s,
+        picture_cpu_s: stage.adapter.abilities().picture_cpu_s,
         ..Costs::default()
     };
     if is_in_process(stage) {
         costs.call_cpu_s = 0.0;
-        costs.picture_cpu_s = 0.0;
         costs.canvas_pixel_s = 0.0;
         costs.own_call_s = 0.0;
         costs.own_pixel_s = 0.0;

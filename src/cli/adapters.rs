@@ -92,6 +92,7 @@ fn line(name: &str, abilities: &Abilities) -> Value {
         optics,
         jobs,
         call_overhead_s,
+        picture_cpu_s,
         units,
     } = abilities;
     let depth = match depth {
@@ -106,7 +107,8 @@ fn line(name: &str, abilities: &Abilities) -> Value {
         "masks_in_crops": masks_in_crops,
         "hidden_casters": hidden_casters,
         "ray_list": ray_list, "coverage": coverage, "shadows": shadows, "optics": optics,
-        "jobs": jobs, "call_overhead_s": call_overhead_s, "units": units,
+        "jobs": jobs, "call_overhead_s": call_overhead_s,
+        "picture_cpu_s": picture_cpu_s, "units": units,
     })
 }
 
@@ -140,9 +142,10 @@ fn tell(name: &str, can: &Abilities) {
         yes(can.coverage)
     );
     say!(
-        "  {} at once, {} s a call before any picture",
+        "  {} at once, {} s a call before any picture, {} s of CPU a picture beside its pixels",
         can.jobs,
-        can.call_overhead_s
+        can.call_overhead_s,
+        can.picture_cpu_s
     );
     say!("  {}", can.units);
 }

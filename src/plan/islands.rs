@@ -16,13 +16,13 @@ use crate::motion::screen_box;
 use crate::segmentation::Class;
 use crate::stage::Stage;
 
-/// Where there are more objects, looking at all of them in every frame costs
-/// more than it wins.
-const MOST_OBJECTS: usize = 20_000;
+/// Where more objects of the décor move, looking at all of them in every frame
+/// costs more than it wins.
+const MOST_MOVING: usize = 20_000;
 
 /// Grows `blocks` until no object that moves in the décor lies across their
 /// border. `threshold_px`: how far it can be from where the décor shows it.
-/// `None` where there are too many objects to look at.
+/// `None` where too many do.
 pub fn islands(
     stage: &Stage,
     state: &FrameState<'_>,
@@ -30,7 +30,10 @@ pub fn islands(
     threshold_px: f64,
     mut blocks: BlockSet,
 ) -> Option<BlockSet> {
-    if state.objects.len() > MOST_OBJECTS {
+    let slow = classes
+        .values()
+        .filter(|class| matches!(class, Class::Slow | Class::Clipped));
+    if slow.count() > MOST_MOVING {
         return None;
     }
     let size = stage.size();

@@ -55,6 +55,9 @@ pub struct Abilities {
     pub jobs: usize,
     /// Seconds that one call takes before and after any picture.
     pub call_overhead_s: f64,
+    /// Seconds of CPU that a picture of a plain scene takes beside its pixels: reading
+    /// the scene, writing the file.
+    pub picture_cpu_s: f64,
     /// The unit of length and the fall-off of lights, in words.
     pub units: &'static str,
 }

@@ -112,6 +112,7 @@ impl Exec {
             optics: can.optics,
             jobs: can.jobs,
             call_overhead_s: can.call_overhead_s,
+            picture_cpu_s: can.picture_cpu_s,
             // One for each program of a run: there are few.
             units: Box::leak(can.units.clone().into_boxed_str()),
         };
@@ -137,6 +138,8 @@ impl Exec {
             "jobs is 0".to_owned()
         } else if !(can.call_overhead_s >= 0.0 && can.call_overhead_s.is_finite()) {
             format!("call_overhead_s is {}", can.call_overhead_s)
+        } else if !(can.picture_cpu_s >= 0.0 && can.picture_cpu_s.is_finite()) {
+            format!("picture_cpu_s is {}", can.picture_cpu_s)
         } else if !can.sample_position.into_iter().all(share) {
             format!("sample_position is {:?}", can.sample_position)
         } else if !can.depth_quantum.iter().all(|q| *q >= 0.0 && q.is_finite()) {

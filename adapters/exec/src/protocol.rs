@@ -348,6 +348,8 @@ pub struct Abilities {
     pub jobs: usize,
     /// Seconds that a call takes before and after any picture.
     pub call_overhead_s: f64,
+    /// Seconds of CPU that a picture takes beside its pixels.
+    pub picture_cpu_s: f64,
     /// The unit of length and the fall-off of lights, in words.
     pub units: String,
 }
@@ -366,6 +368,7 @@ impl Default for Abilities {
             depth_quantum: [0.0, 1e-6],
             jobs: 1,
             call_overhead_s: 0.1,
+            picture_cpu_s: 0.006,
             units: "scene units; lights fade only where the film says so".into(),
         }
     }

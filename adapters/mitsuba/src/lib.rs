@@ -171,6 +171,8 @@ fn abilities(version: &str) -> Abilities {
         optics: false,
         jobs: call::cores(),
         call_overhead_s: 0.1,
+        // A hundred shapes of a few triangles each: 0.1 without any.
+        picture_cpu_s: 0.25,
         units: "any unit of length; points and spots fall off with the square of the distance and \
                 have their full colour at the fade distance, or at the origin's; a spot's edge is \
                 Mitsuba's; nothing mirrors or lets light through; antialiasing is depth² rays in \

@@ -246,6 +246,7 @@ fn abilities(version: &str) -> Abilities {
         // cores, 25 frames of 320×240 took 3.5, 2.6 and 2.2 s.
         jobs: 8 * cores,
         call_overhead_s: 0.7,
+        picture_cpu_s: 0.006,
         units: "any unit of length; no fall-off of lights unless it is stated",
     }
 }

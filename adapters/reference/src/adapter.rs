@@ -49,6 +49,7 @@ impl Default for Reference {
                 // One call already uses every core.
                 jobs: 1,
                 call_overhead_s: 0.0,
+                picture_cpu_s: 0.0,
                 units: "scene units; lights fade only where the film says so",
             },
         }

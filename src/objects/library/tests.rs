@@ -38,6 +38,7 @@ impl Fake {
                 optics: false,
                 jobs: 1,
                 call_overhead_s: 0.0,
+                picture_cpu_s: 0.0,
                 units: "none",
             },
             calls: Mutex::default(),

@@ -66,8 +66,9 @@ pub fn abilities_are_plausible(subject: &Subject) {
     assert!(abilities.jobs >= 1, "no job at all");
     let (right, down) = abilities.sample_position;
     assert!((0.0..=1.0).contains(&right) && (0.0..=1.0).contains(&down));
-    let overhead = abilities.call_overhead_s;
-    assert!((0.0..600.0).contains(&overhead), "{overhead} s a call");
+    for overhead in [abilities.call_overhead_s, abilities.picture_cpu_s] {
+        assert!((0.0..600.0).contains(&overhead), "{overhead} s");
+    }
     assert_ne!(abilities.crop_grid, Some(0));
     let blocks_have_a_grid = !abilities.block_mask || abilities.crop_grid.is_some();
     assert!(blocks_have_a_grid, "blocks, of which grid?");
