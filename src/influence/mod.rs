@@ -47,6 +47,7 @@
     reason = "what is not a number is not certain: `!(a < b)` is not `a >= b`"
 )]
 
+mod beam;
 mod depths;
 mod distance;
 mod estimate;
@@ -63,9 +64,10 @@ use std::fmt;
 
 use decor_api::{Bounds, Camera, Light, Pose, Prototype, Size, Sphere, Window};
 
+pub use beam::Beam;
 pub use depths::Depths;
 pub use estimate::estimated_shadows;
-pub use lamp::{Beam, Lamp, may_shade};
+pub use lamp::{Lamp, may_shade};
 pub use mask::{Cause, Mask};
 pub use order::Order;
 pub use parts::{is_slender, parts, thickness};

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 use decor_api::Window;
 use glam::DVec3;
 
+use super::beam::Beam;
 use super::depths::Range;
 use super::distance::segment_squared;
-use super::lamp::Beam;
 use super::reach::Places;
 use super::trace::Tracer;
 use super::{Changed, Still};

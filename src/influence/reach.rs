@@ -4,7 +4,7 @@
 use decor_api::{Bounds, Light, Size, Sphere, Window};
 use rayon::prelude::*;
 
-use super::lamp::Beam;
+use super::beam::Beam;
 use super::trace::{Part, Tracer};
 use super::{Changed, Still};
 use crate::plan::{BLOCK, BlockSet};

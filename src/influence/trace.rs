@@ -5,8 +5,9 @@ use decor_api::{Bounds, Sphere, Window};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::beam::Beam;
 use super::depths::Range;
-use super::lamp::{Beam, Lamp};
+use super::lamp::Lamp;
 use super::{Cause, Changed, Mask, Solid, Still};
 use crate::motion::screen_box;
 use crate::plan::BLOCK;

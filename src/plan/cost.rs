@@ -9,6 +9,7 @@
 
 mod coverage;
 mod memory;
+mod pass;
 mod pool;
 mod prediction;
 mod work;
@@ -16,11 +17,10 @@ mod work;
 use serde::{Deserialize, Serialize};
 
 pub use coverage::Coverage;
+pub use pass::{Parsed, Pass, PassTotal};
 pub use pool::{chunk_length, jobs, periods_at_once};
 pub use prediction::{CostsFrom, Prediction};
-pub use work::{
-    FrameWork, Parsed, Pass, PassTotal, Picture, Seen, Survey, Work, description_bytes,
-};
+pub use work::{FrameWork, Picture, Seen, Survey, Work, description_bytes};
 
 use super::{Plan, Wishes};
 use crate::stage::Stage;

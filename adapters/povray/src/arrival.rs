@@ -17,10 +17,8 @@ use decor_api::{
 use glam::DVec3;
 use std::path::Path;
 
-use crate::call::{
-    Folder, LayerSource, fixed_switches, fragments, keep_state, read_file, state_switches,
-    take_state,
-};
+use crate::call::{LayerSource, fixed_switches};
+use crate::folder::{Folder, fragments, keep_state, read_file, state_switches, take_state};
 use crate::light;
 use crate::picture::{self, Coding};
 use crate::receivers::{Receivers, WHITE};

@@ -6,8 +6,9 @@ use decor_api::process::ProcessCall;
 use decor_api::{AdapterError, Bounds, Extent, Fragment, NativeFile, RunContext, Said};
 use glam::DVec3;
 
-use crate::call::{Folder, fixed_switches};
+use crate::call::fixed_switches;
 use crate::extents::{Question, extents};
+use crate::folder::Folder;
 use crate::sources::{Library, LibraryWords};
 use crate::survey;
 

@@ -21,6 +21,7 @@ mod colours;
 pub mod depth;
 pub mod encode;
 mod extents;
+mod folder;
 mod health;
 mod inlined;
 mod inspect;
@@ -51,7 +52,8 @@ use decor_api::{
 
 use crate::arrival::Arrival;
 pub use crate::call::LayerSource;
-use crate::call::{Folder, LayerCall, fixed_switches, fragments};
+use crate::call::{LayerCall, fixed_switches};
+use crate::folder::{Folder, fragments};
 pub use crate::number::number;
 use crate::scene_text::{Framing, Numbering, Writer, switches};
 use crate::sources::{Library, LibraryWords};

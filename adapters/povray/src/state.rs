@@ -139,7 +139,6 @@ impl DoneRecord {
         self.bytes[self.place..self.place + 4].copy_from_slice(&id.to_be_bytes());
         &self.bytes
     }
-
 }
 
 /// A block of a state file; its pixels are still in the file's bytes.
