@@ -15,6 +15,7 @@ use super::Look;
 use super::beside::Promise;
 use super::masks::{Finding, Masks};
 use super::price::{Costs, Price};
+use super::unlike::{NO_BLOCKS, Unlike};
 use crate::plain::delivery::Delivery;
 use crate::plain::pool::{Workers, side_by_side};
 use crate::render::RenderError;
@@ -187,16 +188,20 @@ impl Film<'_> {
         Ok(Found::This(boxes))
     }
 
-    /// The dirty blocks of each frame.
+    /// The dirty blocks of each frame; by proxies where frames were tried, at least
+    /// once or where they pay.
     pub fn masks(
         &self,
         boxes: &[FrameBoxes],
-        costs: Option<(&Costs, bool)>,
+        trial: Option<(&Trial, bool)>,
     ) -> Result<Found<Masks>, RenderError> {
         let (finding, mut masks) =
             Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
-        if let Some((costs, at_least_once)) = costs {
-            let found = finding.by_proxies(&mut masks, costs, at_least_once);
+        if let Some((trial, at_least_once)) = trial {
+            let Some(unlike) = Unlike::of(trial, self.scene.grid())? else {
+                return Ok(Found::Whole(vec![NO_BLOCKS.into()]));
+            };
+            let found = finding.by_proxies(&mut masks, &trial.costs, &unlike, at_least_once);
             if let Found::Whole(reasons) = unless_copy_fails(found)? {
                 return Ok(Found::Whole(reasons));
             }
