@@ -104,12 +104,10 @@ impl Film<'_> {
     /// Renders them whole.
     pub fn trial(&self) -> Result<Trial, RenderError> {
         let frames = self.first_frames();
-        let own = measured(self.run);
+        let own = self.run.counted_apart();
         let traced = side_by_side(&frames, self.workers.busy(), |at| {
             self.trace_one(self.frames[*at], &Finished::default(), None, &own)
-        });
-        add(&own, self.run);
-        let traced = traced?;
+        })?;
         let sum = |of: fn(&Traced) -> f64| traced.iter().map(of).sum::<f64>();
         let costs = Costs::of(
             sum(|t| t.timing.parse_s),
@@ -249,24 +247,6 @@ impl Film<'_> {
             .map(|block| grid.window(block).pixels() as u64);
         each.sum()
     }
-}
-
-/// The same run, counted apart.
-pub fn measured(run: &RunContext) -> RunContext {
-    RunContext {
-        tally: std::sync::Arc::default(),
-        ..run.clone()
-    }
-}
-
-/// Adds what was counted apart.
-pub fn add(own: &RunContext, run: &RunContext) {
-    let (calls, frames) = own.tally.read();
-    for k in 0..calls {
-        let frames = if k == 0 { frames } else { 0 };
-        run.tally.add_call(usize::try_from(frames).unwrap_or(0));
-    }
-    run.tally.add_cpu(own.tally.cpu());
 }
 
 /// Frames that follow each other, at most so many: their first and last ones.

@@ -217,7 +217,7 @@ impl Rest<'_, '_> {
         }
         let blocks: usize = traced.values().map(|blocks| blocks.len()).sum();
         let share = blocks as f64 / (frames.len() * film.scene.grid().count()) as f64;
-        let pace = Pace::of(Some(self.trial.costs.partial_s(share)), &film.workers);
+        let pace = Pace::of(self.trial.costs.partial_s(share), &film.workers);
         let step = film.scene.frames.step;
         let all = Blocks::all(film.scene.grid());
         pool(
@@ -225,7 +225,7 @@ impl Rest<'_, '_> {
             &[],
             step,
             self.longest(),
-            pace,
+            Some(pace),
             film.workers,
             film.run,
             None,

@@ -18,7 +18,7 @@ use decor_api::{AdapterError, RunContext};
 use decor_povray::plain::Part;
 use decor_povray::unedited::{Blocks, FrameBoxes, Traced, differing, only};
 
-use super::film::{Film, Found, add, measured, unless_copy_fails};
+use super::film::{Film, Found, unless_copy_fails};
 use super::masks::{Finding, Sample};
 use super::price::{self, CALL_S, Costs, Price, RISK, SHORT_CALL_S};
 use crate::plain::pool::Workers;
@@ -178,10 +178,8 @@ impl Film<'_> {
             Ok(())
         };
         wait_until_cheap(2.0 * SHORT_CALL_S)?;
-        let own: RunContext = measured(run);
-        let middle = self.boxes(&[self.middle()], &own);
-        add(&own, run);
-        let middle = match middle? {
+        let own = run.counted_apart();
+        let middle = match self.boxes(&[self.middle()], &own)? {
             Found::This(boxes) => boxes,
             Found::Whole(reasons) => {
                 return Ok(Asked {
