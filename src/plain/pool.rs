@@ -9,7 +9,7 @@ use decor_api::{AdapterError, RunContext};
 
 use super::pace::Pace;
 use super::queue::Queue;
-use super::ramp::Ramp;
+use super::ramp::{Ramp, Ticks};
 use crate::render::RenderError;
 use crate::report::Clock;
 
@@ -162,8 +162,11 @@ pub fn pool(
                 if state.queue.is_empty() {
                     return;
                 }
-                let used = run.tally.cpu().saturating_sub(used_before);
-                state.ramp.look(clock.wall_s(), used.as_secs_f64());
+                if state.pace.is_none() {
+                    let used = run.tally.cpu().saturating_sub(used_before);
+                    let used_s = used.as_secs_f64();
+                    state.ramp.look(clock.wall_s(), used_s, Ticks::now);
+                }
                 state.take()
             };
             let Some((first, last)) = part else {
