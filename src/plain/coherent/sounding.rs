@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn what_is_asked_beside_costs_little_of_the_film() {
         let after = |seconds| Duration::from_secs_f64(EMPTY_CALL_S + seconds);
-        assert!(is_cheap(1.0, 50, after(1.0)));
+        assert!(is_cheap(1.0, 50, after(1.01)));
         assert!(!is_cheap(1.0, 50, after(0.9)), "frames may be light");
         assert!(!is_cheap(1.0, 40, after(1.0)), "they are few");
         assert!(!is_cheap(0.02, 50, Duration::ZERO));
