@@ -76,3 +76,4 @@ pub mod stream;
 pub mod sweep;
 pub mod tune;
 pub mod verify;
+mod versions;

@@ -3,6 +3,10 @@
 use std::sync::Arc;
 
 use decor_api::{Adapter, AdapterError};
+use decor_povray::PovRay;
+
+use crate::objects::Cache;
+use crate::versions::version_of;
 
 /// One adapter, found or not.
 pub struct Entry {
@@ -18,7 +22,7 @@ pub struct Entry {
 pub const ADAPTERS: [Entry; 3] = [
     Entry {
         name: "povray",
-        find: || Ok(Arc::new(decor_povray::PovRay::find()?)),
+        find: || Ok(Arc::new(povray()?)),
         install: decor_povray::INSTALL,
     },
     Entry {
@@ -32,6 +36,16 @@ pub const ADAPTERS: [Entry; 3] = [
         install: "it is part of decor",
     },
 ];
+
+/// POV-Ray, asked for its version where that is not known from before.
+///
+/// # Errors
+/// As [`PovRay::find`].
+pub fn povray() -> Result<PovRay, AdapterError> {
+    let program = PovRay::located()?;
+    let version = version_of(&program, &Cache::open(), PovRay::version_of)?;
+    Ok(PovRay::new(program, &version))
+}
 
 /// Is there an adapter of that name, whether its renderer is installed or not?
 pub fn is_known(name: &str) -> bool {

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use decor_api::{Adapter as _, PictureFormat};
-use decor_povray::PovRay;
 use decor_povray::plain::{Order, PlainScene, is_plain};
 use serde::Serialize;
 
@@ -18,6 +17,7 @@ use crate::job::log::{JobLog, finished};
 use crate::plain::{Done, Look, Options, Way, most_jobs, render};
 use crate::plan::Mode;
 use crate::render::TracedPixels;
+use crate::renderers::povray;
 use crate::report::Clock;
 
 /// What `render` is told, as far as it concerns a plain scene.
@@ -171,7 +171,7 @@ pub fn run(args: &PlainArgs<'_>) -> Result<Status, Failure> {
     check(args.film, args.wishes)?;
     let clock = Clock::start();
     let cancel = cancelled_by_ctrl_c();
-    let povray = PovRay::find()?;
+    let povray = povray()?;
     let scene = povray.plain(&args.film.film, &args.film.switches, args.format)?;
     if args.apng.is_some() && scene.ending != "png" {
         return Err(Failure::usage(format!(

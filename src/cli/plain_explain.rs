@@ -4,7 +4,6 @@
 use std::fmt;
 
 use decor_api::RunContext;
-use decor_povray::PovRay;
 use decor_povray::unedited::{self, Extent, Kind, Statement};
 use serde::Serialize;
 
@@ -13,6 +12,7 @@ use super::plain::check;
 use super::{Failure, Status, print_json};
 use crate::plain::Look;
 use crate::render::WorkFolder;
+use crate::renderers::povray;
 
 /// A statement that moves.
 #[derive(Clone, Debug, Serialize)]
@@ -97,7 +97,7 @@ pub fn explain(
     json: bool,
 ) -> Result<Status, Failure> {
     check(film, wishes)?;
-    let povray = PovRay::find()?;
+    let povray = povray()?;
     let scene = povray.plain(&film.film, &film.switches, None)?;
     if let Some(n) = frame.filter(|n| !scene.frames.numbers().any(|own| own == *n)) {
         return Err(crate::plan::PlanError::NoSuchFrames {

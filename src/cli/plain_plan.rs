@@ -4,7 +4,6 @@
 use std::path::PathBuf;
 
 use decor_api::{Adapter as _, RunContext};
-use decor_povray::PovRay;
 use serde::Serialize;
 
 use super::film_args::{FilmArgs, PlanWishes, cancelled_by_ctrl_c};
@@ -14,6 +13,7 @@ use super::{Failure, Status, print_json};
 use crate::plain::{Forecast, Look, forecast, most_jobs};
 use crate::plan::Mode;
 use crate::render::WorkFolder;
+use crate::renderers::povray;
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "summary")]
@@ -59,7 +59,7 @@ pub fn plan(
     json: bool,
 ) -> Result<Status, Failure> {
     check(film, wishes)?;
-    let povray = PovRay::find()?;
+    let povray = povray()?;
     let scene = povray.plain(&film.film, &film.switches, None)?;
     let frames = wanted(film, &scene)?;
     let (first, last) = ends(&frames);

@@ -1,8 +1,8 @@
 //! Plain POV-Ray animations: frame by frame through a pool of processes, or in
 //! order by one, where frames depend on each other.
 //!
-//! A process sleeps for most of a short call, so several run at once ([`pace`]),
-//! each with one thread, each with frames that follow each other ([`queue`]). What they
+//! A process sleeps for most of a short call, so several run at once ([`ramp`],
+//! [`pace`]), each with one thread, each with frames that follow each other ([`queue`]). What they
 //! write lies in their working folders until they have ended well and the
 //! pictures are whole; then it is renamed into place.
 
@@ -11,6 +11,7 @@ mod delivery;
 mod pace;
 mod pool;
 mod queue;
+mod ramp;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -178,7 +179,7 @@ fn whole(
     } else {
         Some(1)
     };
-    let pace = Pace::of(each_s, &workers);
+    let pace = each_s.map(|each_s| Pace::of(each_s, &workers));
     let step = delivery.scene.frames.step;
     pool(
         frames,

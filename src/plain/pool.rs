@@ -9,6 +9,7 @@ use decor_api::{AdapterError, RunContext};
 
 use super::pace::Pace;
 use super::queue::Queue;
+use super::ramp::{Ramp, Ticks};
 use crate::render::RenderError;
 use crate::report::Clock;
 
@@ -39,17 +40,19 @@ impl Workers {
 }
 
 /// How a pool is held while it runs.
-#[derive(Debug)]
-pub struct Reins {
+pub struct Reins<'r> {
+    /// Might frames that cost so much CPU, of which so many are left, be halted?
+    may_halt: Box<dyn Fn(f64, usize) -> bool + Sync + 'r>,
     is_short: AtomicBool,
     is_halted: AtomicBool,
     left: AtomicUsize,
 }
 
-impl Reins {
-    /// Parts are as short as they can be.
-    pub fn short() -> Self {
+impl<'r> Reins<'r> {
+    /// Parts are as short as they can be, where they might be the last ones.
+    pub fn short_where(may_halt: impl Fn(f64, usize) -> bool + Sync + 'r) -> Self {
         Self {
+            may_halt: Box::new(may_halt),
             is_short: AtomicBool::new(true),
             is_halted: AtomicBool::new(false),
             left: AtomicUsize::new(usize::MAX),
@@ -71,25 +74,54 @@ impl Reins {
         self.left.load(Ordering::Relaxed)
     }
 
-    fn take(&self, queue: &mut Queue, pace: &Pace, cores: usize) -> Option<(u32, u32)> {
-        let most = if self.is_short.load(Ordering::Relaxed) {
-            pace.short(cores)
+    /// Frames in a part, at most, where so many are left.
+    fn most(&self, pace: &Pace, left: usize) -> usize {
+        let is_short = self.is_short.load(Ordering::Relaxed);
+        if is_short && (self.may_halt)(pace.frame_cpu_s(), left) {
+            pace.short()
         } else {
             usize::MAX
-        };
-        let part = queue.take(pace, most);
-        self.left.store(queue.left(), Ordering::Relaxed);
-        part
+        }
     }
 }
 
 /// What the workers of a pool share.
-struct State {
+struct State<'p> {
     queue: Queue,
-    pace: Pace,
+    /// When a frame is done.
+    pace: Option<Pace>,
+    /// Until then.
+    ramp: Ramp,
+    reins: Option<&'p Reins<'p>>,
+    running: usize,
     /// Frames that are in their places.
     done: u64,
     failure: Option<RenderError>,
+}
+
+impl State<'_> {
+    /// The next part, if there is to be one now.
+    fn take(&mut self) -> Option<(u32, u32)> {
+        let left = self.queue.left();
+        let next = match &self.pace {
+            None => self.ramp.next(self.running),
+            Some(pace) => {
+                let most = self
+                    .reins
+                    .map_or(usize::MAX, |reins| reins.most(pace, left));
+                pace.next(left, most)
+            }
+        };
+        if self.running >= next.processes {
+            return None;
+        }
+        let part = self.queue.take(next.frames)?;
+        self.running += 1;
+        if let Some(reins) = self.reins {
+            reins.left.store(self.queue.left(), Ordering::Relaxed);
+        }
+        Some(part)
+    }
 }
 
 /// Renders frames in parts, from a first to a last one, in any order, but those in
@@ -104,21 +136,25 @@ pub fn pool(
     before: &[u32],
     step: u32,
     longest: usize,
-    first: Pace,
+    pace: Option<Pace>,
     workers: Workers,
     run: &RunContext,
-    reins: Option<&Reins>,
+    reins: Option<&Reins<'_>>,
     work: impl Fn(u32, u32) -> Result<u64, RenderError> + Sync,
 ) -> Result<(), RenderError> {
     let clock = Clock::start();
     let state = Mutex::new(State {
         queue: Queue::new(frames, before, step).in_parts_of(longest),
-        pace: first,
+        pace,
+        ramp: Ramp::new(workers),
+        reins,
+        running: 0,
         done: 0,
         failure: None,
     });
+    let used_before = run.tally.cpu();
     let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
-    let worker = |number: usize| {
+    let worker = || {
         let halted = || reins.is_some_and(|reins| reins.is_halted.load(Ordering::Relaxed));
         while !run.is_cancelled() && !halted() {
             let part = {
@@ -126,39 +162,39 @@ pub fn pool(
                 if state.queue.is_empty() {
                     return;
                 }
-                if number < state.pace.processes {
-                    let pace = state.pace;
-                    match reins {
-                        Some(reins) => reins.take(&mut state.queue, &pace, workers.cores),
-                        None => state.queue.take(&pace, usize::MAX),
-                    }
-                } else {
-                    None
+                if state.pace.is_none() {
+                    let used = run.tally.cpu().saturating_sub(used_before);
+                    let used_s = used.as_secs_f64();
+                    state.ramp.look(clock.wall_s(), used_s, Ticks::now);
                 }
+                state.take()
             };
             let Some((first, last)) = part else {
                 // Not needed now; perhaps when the first frames are done.
                 std::thread::sleep(IDLE);
                 continue;
             };
-            match work(first, last) {
+            let worked = work(first, last);
+            let mut state = lock();
+            state.running -= 1;
+            match worked {
                 Ok(count) => {
-                    let mut state = lock();
                     state.done += count;
-                    let each_s = clock.cpu_s() / state.done as f64;
-                    state.pace = Pace::after(each_s, workers.stated, workers.most, workers.cores);
+                    if state.done > 0 {
+                        let each_s = clock.cpu_s() / state.done as f64;
+                        state.pace = Some(Pace::of(each_s, &workers));
+                    }
                 }
                 Err(error) => {
-                    lock().failure.get_or_insert(error);
+                    state.failure.get_or_insert(error);
                     run.cancel.store(true, Ordering::Relaxed);
                 }
             }
         }
     };
     std::thread::scope(|scope| {
-        for number in 0..workers.all().min(frames.len()) {
-            let worker = &worker;
-            scope.spawn(move || worker(number));
+        for _ in 0..workers.all().min(frames.len()) {
+            scope.spawn(worker);
         }
     });
     let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -219,56 +255,88 @@ mod tests {
         cores: 1,
     };
 
+    /// The parts of frames of which each costs so much, rendered by one worker that
+    /// is told how many parts have begun.
+    fn parts_of(
+        frames: u32,
+        before: &[u32],
+        each_s: f64,
+        reins: &Reins<'_>,
+        told: impl Fn(usize) + Sync,
+    ) -> Vec<(u32, u32)> {
+        let (pace, frames) = (Pace::of(each_s, &ALONE), (1..=frames).collect());
+        let parts = Mutex::new(Vec::new());
+        let work = |first, last| {
+            let mut parts = parts.lock().unwrap();
+            parts.push((first, last));
+            told(parts.len());
+            Ok(u64::from(last - first + 1_u32))
+        };
+        let (run, reins) = (run(), Some(reins));
+        pool(&frames, before, 1, 99, Some(pace), ALONE, &run, reins, work).unwrap();
+        parts.into_inner().unwrap()
+    }
+
     #[test]
     fn a_halted_pool_begins_nothing_more() {
-        let pace = Pace::of(Some(1.0), &ALONE);
-        let frames: BTreeSet<u32> = (1..=50).collect();
-        let rendered = |halted_after: usize| {
-            let (reins, parts) = (Reins::short(), AtomicUsize::new(0));
-            let work = |first, last| {
-                if parts.fetch_add(1, Ordering::Relaxed) + 1 == halted_after {
+        let begun = |halted_after| {
+            let reins = Reins::short_where(|_, _| true);
+            let told = |begun| {
+                if begun == halted_after {
                     reins.halt();
                 }
-                Ok(u64::from(last - first + 1_u32))
             };
-            let reins = Some(&reins);
-            pool(&frames, &[], 1, 1, pace, ALONE, &run(), reins, work).unwrap();
-            parts.into_inner()
+            parts_of(50, &[], 1.0, &reins, told).len()
         };
-        assert_eq!((rendered(3), rendered(0)), (3, 50));
+        assert_eq!(begun(3), 3);
+        assert!(begun(0) > 3);
     }
 
     #[test]
     fn parts_are_short_until_they_are_loosened() {
         // Frames that cost nothing come in eights.
-        let pace = Pace::of(Some(0.0), &ALONE);
-        let frames: BTreeSet<u32> = (1..=200).collect();
-        let (reins, parts) = (Reins::short(), Mutex::new(Vec::new()));
-        let work = |first, last| {
-            let mut parts = parts.lock().unwrap();
-            parts.push((first, last));
-            if parts.len() == 4 {
+        let reins = Reins::short_where(|_, _| true);
+        let told = |begun| {
+            if begun == 4 {
                 assert_eq!(reins.left(), 182);
                 reins.loosen();
             }
-            Ok(u64::from(last - first + 1_u32))
         };
-        let before = [1, 101];
-        pool(
-            &frames,
-            &before,
-            1,
-            99,
-            pace,
-            ALONE,
-            &run(),
-            Some(&reins),
-            work,
-        )
-        .unwrap();
-        let parts = parts.into_inner().unwrap();
+        let parts = parts_of(200, &[1, 101], 0.0, &reins, told);
         assert_eq!(parts[..4], [(1, 1), (101, 101), (2, 9), (10, 17)]);
         assert!(parts[4].1 - parts[4].0 > 8, "{parts:?}");
+    }
+
+    #[test]
+    fn parts_that_cannot_be_the_last_ones_are_long_at_once() {
+        let free = Reins::short_where(|_, _| true);
+        free.loosen();
+        let as_free = parts_of(200, &[1, 101], 0.0, &free, |_| ());
+        let light = Reins::short_where(|each_s, left| each_s > 0.5 && left > 9);
+        assert_eq!(parts_of(200, &[1, 101], 0.0, &light, |_| ()), as_free);
+    }
+
+    #[test]
+    fn before_a_frame_is_done_each_core_has_one() {
+        let two = Workers {
+            stated: None,
+            most: 2,
+            cores: 2,
+        };
+        let (begun, parts) = (std::sync::Barrier::new(2), Mutex::new(Vec::new()));
+        let work = |first, last| {
+            if first <= 2 {
+                begun.wait();
+            }
+            parts.lock().unwrap().push((first, last));
+            Ok(u64::from(last - first + 1_u32))
+        };
+        let frames = (1..=40).collect();
+        pool(&frames, &[], 1, 99, None, two, &run(), None, work).unwrap();
+        let mut parts = parts.into_inner().unwrap();
+        parts.sort_unstable();
+        assert_eq!(parts[..2], [(1, 1), (2, 2)]);
+        assert!(parts[2].1 > parts[2].0, "{parts:?}");
     }
 
     #[test]

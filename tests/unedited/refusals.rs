@@ -185,3 +185,35 @@ fn what_only_looks_random_is_divided() {
         }
     });
 }
+
+/// Boxes with faces in one plane: which of them is seen hangs on the tree of all
+/// objects, and so on where the ball is, though no ray of theirs meets it. Two whole
+/// frames tell, as soon as it is known what the ball touches: nothing is traced for
+/// frames that cannot come out right.
+#[test]
+fn what_hangs_on_the_tree_of_objects_is_refused_before_anything_is_traced_for_it() {
+    const BOXES: &str = "\
+box { <.5, -1, 0>, <1, -.5, 1> pigment { rgb <.5, .3, .2> } }
+box { <-.5, -1, 0>, <1, .5, .5> pigment { rgb <.3, .4, .5> } }
+box { <0, -.5, 0>, <.5, 0, .5> pigment { rgb <.3, .5, .4> } }
+box { <.5, .5, 0>, <1.5, 1.5, 1> pigment { rgb <.8, .2, .2> } }
+box { <-1.5, -1.5, 0>, <-1, -1, .5> pigment { rgb <.5, .8, .6> } }
+sphere { <-3 + 6 * clock, 1.9, -1>, .2 pigment { rgb y } }
+";
+    const MIRROR: &str = "plane { z, 9 pigment { rgb .2 } finish { reflection .4 } }\n";
+    // What geometry knows without tracing, and what one pass of proxies shows.
+    for (more, at_most) in [("", 0), (MIRROR, 160 * 128)] {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = format!("{CAMERA}{LIGHT}{BOXES}{more}");
+        std::fs::write(folder.path().join("s.pov"), scene).unwrap();
+        let switches = ["+W160", "+H128", "+KFF9", "-A", "+WT1"];
+        let out = folder.path().join("out");
+        let tried = both(folder.path(), "s.pov", &switches, ALWAYS, &out);
+        tried.assert_identical("coinciding faces");
+        let whole = tried.whole();
+        assert!(whole.contains("the same in two frames"), "{more}: {whole}");
+        let traced = &tried.summary["pixels_traced"];
+        assert_eq!(traced["whole"], 9 * 160 * 128, "{traced}");
+        assert!(traced["blocks"].as_u64().unwrap() <= at_most, "{traced}");
+    }
+}

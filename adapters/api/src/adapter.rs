@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::abilities::Abilities;
@@ -14,6 +14,7 @@ use crate::layer::{Layer, Size, Window};
 use crate::prototype::{Fragment, Optics, PrototypeTable};
 use crate::rendered::{Picture, Rendered};
 use crate::scene::{Antialias, NativeFile, PictureFormat, Scene};
+use crate::tally::Tally;
 
 /// What one pass is to give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -283,42 +284,6 @@ impl AdapterError {
     }
 }
 
-/// What is counted over a run, by all its threads.
-#[derive(Debug, Default)]
-pub struct Tally {
-    calls: AtomicU64,
-    frames: AtomicU64,
-    cpu_ns: AtomicU64,
-}
-
-impl Tally {
-    /// One call of a renderer that draws so many frames.
-    pub fn add_call(&self, frames: usize) {
-        self.calls.fetch_add(1, Ordering::Relaxed);
-        self.frames.fetch_add(frames as u64, Ordering::Relaxed);
-    }
-
-    /// CPU time of a renderer's process, which may still run.
-    pub fn add_cpu(&self, time: Duration) {
-        let ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
-        self.cpu_ns.fetch_add(ns, Ordering::Relaxed);
-    }
-
-    /// CPU time of the renderer's processes; none where it draws in-process, or
-    /// where the system does not tell.
-    pub fn cpu(&self) -> Duration {
-        Duration::from_nanos(self.cpu_ns.load(Ordering::Relaxed))
-    }
-
-    /// Calls, and frames in them.
-    pub fn read(&self) -> (u64, u64) {
-        (
-            self.calls.load(Ordering::Relaxed),
-            self.frames.load(Ordering::Relaxed),
-        )
-    }
-}
-
 /// Around a render: where to work, how long, and whether to go on.
 #[derive(Clone, Debug)]
 pub struct RunContext {
@@ -347,6 +312,15 @@ impl RunContext {
             threads: None,
             cancel: Arc::default(),
             tally: Arc::default(),
+        }
+    }
+
+    /// The same run; what is counted in it is counted apart, too.
+    #[must_use]
+    pub fn counted_apart(&self) -> Self {
+        Self {
+            tally: Arc::new(Tally::within(&self.tally)),
+            ..self.clone()
         }
     }
 

@@ -39,12 +39,13 @@ pub mod process;
 pub mod prototype;
 pub mod rendered;
 pub mod scene;
+pub mod tally;
 pub mod transfer;
 
 pub use abilities::{Abilities, DepthKind};
 pub use adapter::{
     Adapter, AdapterError, Baseline, Health, LayerRequest, LayerShot, Output, Region, RunContext,
-    Said, SceneText, Surroundings, Tally,
+    Said, SceneText, Surroundings,
 };
 pub use arrival::{ArrivalRequest, ArrivalShot, SurfacePoint};
 pub use blocks::{BLOCK, BlockMask, Blocks, block_window};
@@ -61,4 +62,5 @@ pub use scene::{
     Antialias, Fade, Instance, Light, LightKind, NativeFile, PictureFormat, Pose, Rgb, Scene,
     area_samples,
 };
+pub use tally::Tally;
 pub use transfer::Transfer;

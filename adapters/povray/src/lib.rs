@@ -79,9 +79,25 @@ impl PovRay {
     /// [`AdapterError::Missing`], or what goes wrong when it is asked for its
     /// version.
     pub fn find() -> Result<Self, AdapterError> {
-        let program = find_program("DECOR_POVRAY", "povray", INSTALL)?;
-        let version = version(&program, "--version", "POV-Ray ")?;
+        let program = Self::located()?;
+        let version = Self::version_of(&program)?;
         Ok(Self::new(program, &version))
+    }
+
+    /// Where POV-Ray is: `DECOR_POVRAY`, or `povray` on the path.
+    ///
+    /// # Errors
+    /// [`AdapterError::Missing`].
+    pub fn located() -> Result<PathBuf, AdapterError> {
+        find_program("DECOR_POVRAY", "povray", INSTALL)
+    }
+
+    /// The version that `program` says it has. It sleeps a fifth of a second first.
+    ///
+    /// # Errors
+    /// What goes wrong when it is asked.
+    pub fn version_of(program: &Path) -> Result<String, AdapterError> {
+        version(program, "--version", "POV-Ray ")
     }
 
     /// POV-Ray as `program`, of a known version.

@@ -19,12 +19,11 @@ use decor_povray::unedited::{Finished, FrameBoxes, Traced};
 
 use super::DEAR;
 use super::Done;
-use super::film::{Film, Found, Trial, add, measured};
+use super::film::{Film, Found, Trial};
 use super::price::{self, Costs};
 use super::rest::depends;
 use super::sounding::{Asked, TICK, promises};
 use crate::plain::delivery::Delivery;
-use crate::plain::pace::Pace;
 use crate::plain::pool::{Reins, pool};
 use crate::render::RenderError;
 
@@ -117,7 +116,15 @@ impl Film<'_> {
             running: Mutex::default(),
             is_over: AtomicBool::new(false),
         };
-        let reins = Reins::short();
+        let workers = self.workers;
+        // What a frame costs is all that the pool knows: at best it is all tracing.
+        let reins = Reins::short_where(move |frame_s, left| {
+            let costs = Costs {
+                trace_s: frame_s,
+                ..Costs::default()
+            };
+            price::may_pay(&costs, left, &workers)
+        });
         let answer = std::thread::scope(|scope| {
             let decider = scope.spawn(|| {
                 let answer = self.decide(&shared, &reins, done);
@@ -157,7 +164,7 @@ impl Film<'_> {
         &self,
         delivery: &Delivery<'_>,
         shared: &Shared,
-        reins: &Reins,
+        reins: &Reins<'_>,
         first: [u32; 2],
     ) -> Result<(), RenderError> {
         let frames: BTreeSet<u32> = self.frames.iter().copied().collect();
@@ -166,7 +173,7 @@ impl Film<'_> {
             &first,
             self.scene.frames.step,
             usize::MAX,
-            Pace::of(None, &self.workers),
+            None,
             self.workers,
             self.run,
             Some(reins),
@@ -183,10 +190,8 @@ impl Film<'_> {
         frame: u32,
         place: &Mutex<Option<First>>,
     ) -> Result<u64, RenderError> {
-        let (began, own) = (Instant::now(), measured(self.run));
-        let traced = self.trace_one(frame, &Finished::default(), None, &own);
-        add(&own, self.run);
-        let traced = traced?;
+        let (began, own) = (Instant::now(), self.run.counted_apart());
+        let traced = self.trace_one(frame, &Finished::default(), None, &own)?;
         for (frame, file) in &traced.pictures {
             self.give(delivery, *frame, file)?;
         }
@@ -236,7 +241,7 @@ impl Film<'_> {
     fn decide(
         &self,
         shared: &Shared,
-        reins: &Reins,
+        reins: &Reins<'_>,
         done: &mut Done,
     ) -> Result<Found<Promise>, RenderError> {
         let answer = self.answer(shared, reins, done);
@@ -263,7 +268,7 @@ impl Film<'_> {
     fn answer(
         &self,
         shared: &Shared,
-        reins: &Reins,
+        reins: &Reins<'_>,
         done: &mut Done,
     ) -> Result<Found<(Promise, f64)>, RenderError> {
         let dear = || Ok(Found::Whole(vec![DEAR.into()]));

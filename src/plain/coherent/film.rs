@@ -15,6 +15,7 @@ use super::Look;
 use super::beside::Promise;
 use super::masks::{Finding, Masks};
 use super::price::{Costs, Price};
+use super::unlike::{NO_BLOCKS, Unlike};
 use crate::plain::delivery::Delivery;
 use crate::plain::pool::{Workers, side_by_side};
 use crate::render::RenderError;
@@ -103,12 +104,10 @@ impl Film<'_> {
     /// Renders them whole.
     pub fn trial(&self) -> Result<Trial, RenderError> {
         let frames = self.first_frames();
-        let own = measured(self.run);
+        let own = self.run.counted_apart();
         let traced = side_by_side(&frames, self.workers.busy(), |at| {
             self.trace_one(self.frames[*at], &Finished::default(), None, &own)
-        });
-        add(&own, self.run);
-        let traced = traced?;
+        })?;
         let sum = |of: fn(&Traced) -> f64| traced.iter().map(of).sum::<f64>();
         let costs = Costs::of(
             sum(|t| t.timing.parse_s),
@@ -187,16 +186,20 @@ impl Film<'_> {
         Ok(Found::This(boxes))
     }
 
-    /// The dirty blocks of each frame.
+    /// The dirty blocks of each frame; by proxies where frames were tried, at least
+    /// once or where they pay.
     pub fn masks(
         &self,
         boxes: &[FrameBoxes],
-        costs: Option<(&Costs, bool)>,
+        trial: Option<(&Trial, bool)>,
     ) -> Result<Found<Masks>, RenderError> {
         let (finding, mut masks) =
             Finding::by_geometry(self.scene, self.look, boxes, self.workers, self.run);
-        if let Some((costs, at_least_once)) = costs {
-            let found = finding.by_proxies(&mut masks, costs, at_least_once);
+        if let Some((trial, at_least_once)) = trial {
+            let Some(unlike) = Unlike::of(trial, self.scene.grid())? else {
+                return Ok(Found::Whole(vec![NO_BLOCKS.into()]));
+            };
+            let found = finding.by_proxies(&mut masks, &trial.costs, &unlike, at_least_once);
             if let Found::Whole(reasons) = unless_copy_fails(found)? {
                 return Ok(Found::Whole(reasons));
             }
@@ -244,24 +247,6 @@ impl Film<'_> {
             .map(|block| grid.window(block).pixels() as u64);
         each.sum()
     }
-}
-
-/// The same run, counted apart.
-pub fn measured(run: &RunContext) -> RunContext {
-    RunContext {
-        tally: std::sync::Arc::default(),
-        ..run.clone()
-    }
-}
-
-/// Adds what was counted apart.
-pub fn add(own: &RunContext, run: &RunContext) {
-    let (calls, frames) = own.tally.read();
-    for k in 0..calls {
-        let frames = if k == 0 { frames } else { 0 };
-        run.tally.add_call(usize::try_from(frames).unwrap_or(0));
-    }
-    run.tally.add_cpu(own.tally.cpu());
 }
 
 /// Frames that follow each other, at most so many: their first and last ones.

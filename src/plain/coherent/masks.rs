@@ -17,6 +17,7 @@ use decor_povray::unedited::{
 use super::Look;
 use super::price::Costs;
 use super::purse::Purse;
+use super::unlike::Unlike;
 use crate::plain::pool::{Workers, side_by_side};
 use crate::render::RenderError;
 
@@ -46,6 +47,8 @@ pub struct Masks {
     pub pixels: u64,
     /// Why geometry alone does not tell, where it does not.
     pub proxies_only: Option<String>,
+    /// A block that is clean in two frames, and not the same in them.
+    pub unlike: Option<usize>,
 }
 
 impl Masks {
@@ -112,6 +115,7 @@ impl<'a> Finding<'a> {
             dirty: dirty.collect(),
             pixels: 0,
             proxies_only,
+            unlike: None,
         };
         tracing::debug!(dirty = masks.share(), only = ?masks.proxies_only, "geometry");
         let same = boxes.iter().all(|frame| frame.camera == first.camera);
@@ -132,11 +136,13 @@ impl<'a> Finding<'a> {
         (finding, masks)
     }
 
-    /// Makes them tighter by proxies, where that pays, or at least once.
+    /// Makes them tighter by proxies, where that pays, or at least once; and no
+    /// further where what is clean turns out not to be the same in two frames.
     pub fn by_proxies(
         &self,
         masks: &mut Masks,
         costs: &Costs,
+        unlike: &Unlike,
         at_least_once: bool,
     ) -> Result<(), RenderError> {
         let grid = self.scene.grid();
@@ -151,6 +157,10 @@ impl<'a> Finding<'a> {
             halvings: 1,
         }];
         for level in 0.. {
+            masks.unlike = unlike.clean_in(&masks.dirty);
+            if masks.unlike.is_some() {
+                return Ok(());
+            }
             let mut passes = Vec::new();
             for group in groups {
                 // Something moves that has no end: no proxies.

@@ -22,6 +22,7 @@ mod price;
 mod purse;
 mod rest;
 mod sounding;
+mod unlike;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
@@ -204,12 +205,15 @@ fn coherent(
         Found::This(boxes) => boxes,
         Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
     };
-    let masks = match film.masks(&boxes, Some((&trial.costs, always)))? {
+    let masks = match film.masks(&boxes, Some((trial, always)))? {
         Found::This(masks) => masks,
         Found::Whole(reasons) => return Ok(Found::Whole(reasons)),
     };
     done.block_pixels += masks.pixels;
     done.dirty = Some(masks.share());
+    if let Some(block) = masks.unlike {
+        return Ok(Found::Whole(vec![unlike::reason(block)]));
+    }
     let plan = schedule(film.scene.grid(), &masks.dirty, &trial.frames, |_| false);
     let stock = Price::of(plan.frames(), trial.costs.whole_s(), &film.workers);
     let price = film.price(&trial.costs, &plan, promise.dirtier);
@@ -302,13 +306,17 @@ pub fn forecast(
             return Ok(said);
         }
     };
-    let masks = match film.masks(&boxes, said.costs.as_ref().map(|costs| (costs, false)))? {
+    let masks = match film.masks(&boxes, trial.as_ref().map(|trial| (trial, false)))? {
         Found::This(masks) => masks,
         Found::Whole(reasons) => {
             said.whole = reasons;
             return Ok(said);
         }
     };
+    if let Some(block) = masks.unlike {
+        said.whole = vec![unlike::reason(block)];
+        return Ok(said);
+    }
     said.proxies_only.clone_from(&masks.proxies_only);
     let known = masks.proxies_only.is_none() || masks.pixels > 0;
     said.dirty = known.then(|| masks.share());

@@ -16,7 +16,7 @@ const SOUNDED: f64 = 0.3;
 pub const RISK: f64 = 0.02;
 
 /// Wall time of a call before its first frame, nearly all of it sleep.
-pub const CALL_S: f64 = 0.5;
+const CALL_S: f64 = 0.5;
 
 /// Calls that wait for each other: where everything is, proxies for all frames and
 /// for parts of them, frames that trace for others. Each sleeps before it works.

@@ -12,6 +12,7 @@ use decor_povray::unedited::{self, Blocks, Finished, Schedule, Traced};
 use super::film::{Film, Found, Trial};
 use super::masks::Masks;
 use super::price::Price;
+use super::unlike::{self, NO_BLOCKS, Unlike};
 use super::{DEAR, Done};
 use crate::plain::delivery::Delivery;
 use crate::plain::pace::Pace;
@@ -128,15 +129,13 @@ impl Rest<'_, '_> {
     /// that took tells the price anew.
     fn check(&self, finished: &Finished) -> Result<Found<()>, RenderError> {
         let (film, trial) = (self.film, self.trial);
-        let (Some(first), Some(second)) = (trial.blocks(0), trial.blocks(1)) else {
-            return Ok(Found::Whole(vec!["POV-Ray kept no blocks".into()]));
+        let unlike = Unlike::of(trial, film.scene.grid())?;
+        let (Some(second), Some(unlike)) = (trial.blocks(1), unlike) else {
+            return Ok(Found::Whole(vec![NO_BLOCKS.into()]));
         };
-        let [a, b] = trial.frames.map(|frame| self.clean(frame));
-        let unlike = unedited::differing(first, second, &a.and(&b))?;
-        if let Some(block) = unlike.iter().next() {
-            return Ok(Found::Whole(vec![format!(
-                "what does not move is not the same in two frames (block {block})"
-            )]));
+        // The last masks are the tightest ones.
+        if let Some(block) = unlike.clean_in(&self.masks.dirty) {
+            return Ok(Found::Whole(vec![unlike::reason(block)]));
         }
         let at = trial.frames[1];
         let dirty = &self.masks.dirty[at];
@@ -218,7 +217,7 @@ impl Rest<'_, '_> {
         }
         let blocks: usize = traced.values().map(|blocks| blocks.len()).sum();
         let share = blocks as f64 / (frames.len() * film.scene.grid().count()) as f64;
-        let pace = Pace::of(Some(self.trial.costs.partial_s(share)), &film.workers);
+        let pace = Pace::of(self.trial.costs.partial_s(share), &film.workers);
         let step = film.scene.frames.step;
         let all = Blocks::all(film.scene.grid());
         pool(
@@ -226,7 +225,7 @@ impl Rest<'_, '_> {
             &[],
             step,
             self.longest(),
-            pace,
+            Some(pace),
             film.workers,
             film.run,
             None,

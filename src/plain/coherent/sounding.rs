@@ -18,15 +18,19 @@ use decor_api::{AdapterError, RunContext};
 use decor_povray::plain::Part;
 use decor_povray::unedited::{Blocks, FrameBoxes, Traced, differing, only};
 
-use super::film::{Film, Found, add, measured, unless_copy_fails};
+use super::film::{Film, Found, unless_copy_fails};
 use super::masks::{Finding, Sample};
-use super::price::{self, CALL_S, Costs, Price, RISK, SHORT_CALL_S};
+use super::price::{self, Costs, Price, RISK, SHORT_CALL_S};
 use crate::plain::pool::Workers;
 use crate::render::RenderError;
 
 /// To ask for one frame costs a whole one at most: shorter films wait for the first
 /// frames.
 const FRAMES_BESIDE: usize = 34;
+
+/// Wall time of a call of one frame that costs nothing: what it took longer is the
+/// frame's.
+const EMPTY_CALL_S: f64 = 0.65;
 
 /// Between two looks at the clock.
 pub const TICK: Duration = Duration::from_millis(25);
@@ -92,7 +96,7 @@ pub struct Asked {
 /// Does what takes so much CPU cost little of a film of so many frames, of which
 /// the first have not come after so long?
 fn is_cheap(cost_s: f64, frames: usize, so_far: Duration) -> bool {
-    cost_s <= RISK * frames as f64 * (so_far.as_secs_f64() - CALL_S)
+    cost_s <= RISK * frames as f64 * (so_far.as_secs_f64() - EMPTY_CALL_S)
 }
 
 /// Does coherence pay for so many frames of which this share is dirty, in blocks of
@@ -178,10 +182,8 @@ impl Film<'_> {
             Ok(())
         };
         wait_until_cheap(2.0 * SHORT_CALL_S)?;
-        let own: RunContext = measured(run);
-        let middle = self.boxes(&[self.middle()], &own);
-        add(&own, run);
-        let middle = match middle? {
+        let own = run.counted_apart();
+        let middle = match self.boxes(&[self.middle()], &own)? {
             Found::This(boxes) => boxes,
             Found::Whole(reasons) => {
                 return Ok(Asked {
@@ -292,8 +294,8 @@ mod tests {
 
     #[test]
     fn what_is_asked_beside_costs_little_of_the_film() {
-        let after = |seconds| Duration::from_secs_f64(CALL_S + seconds);
-        assert!(is_cheap(1.0, 50, after(1.0)));
+        let after = |seconds| Duration::from_secs_f64(EMPTY_CALL_S + seconds);
+        assert!(is_cheap(1.0, 50, after(1.01)));
         assert!(!is_cheap(1.0, 50, after(0.9)), "frames may be light");
         assert!(!is_cheap(1.0, 40, after(1.0)), "they are few");
         assert!(!is_cheap(0.02, 50, Duration::ZERO));
