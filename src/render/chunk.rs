@@ -14,7 +14,7 @@ use super::ground::PeriodGround;
 use super::influenced::Blocks;
 use super::shading::Shades;
 use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_length, gathered, seen_in};
+use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_lengths, gathered, is_dear, seen_in};
 use crate::probe::cores;
 
 /// Passes of a chunk, in the order in which they are laid onto a frame.
@@ -45,12 +45,18 @@ impl Execution<'_> {
             .max(1);
         let calls = period.frames.iter().any(|frame| !frame.is_decor());
         let parts = if calls { self.jobs } else { cores() };
-        let length = chunk_length(left.len(), heaviest as f64, parts);
+        let dear = is_dear(period.whole.is_some(), self.stage.size().pixels() as f64);
+        let mut lengths = chunk_lengths(left.len(), heaviest as f64, parts, dear).into_iter();
+        let mut length = 1;
         let mut chunks: Vec<Range<u32>> = Vec::new();
         for number in left {
             match chunks.last_mut() {
                 Some(chunk) if chunk.end == number && chunk.len() < length => chunk.end += 1,
-                _ => chunks.push(number..number + 1),
+                _ => {
+                    // Where frames are skipped, there may be more chunks than lengths.
+                    length = lengths.next().unwrap_or(length);
+                    chunks.push(number..number + 1);
+                }
             }
         }
         chunks
@@ -65,9 +71,9 @@ impl Execution<'_> {
                 sky,
                 shadows,
             } => {
-                if shadows.is_some() {
-                    // The window around blocks that are not known yet.
-                    return self.stage.size().pixels();
+                if let Some(shadows) = shadows {
+                    // Blocks that are not known yet; they are read one frame at a time.
+                    return shadows.expected_pixels as usize;
                 }
                 let around = blocks.runs().fold(Window::EMPTY, Window::union);
                 let sky = if *sky { self.stage.size().pixels() } else { 0 };

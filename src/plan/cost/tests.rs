@@ -168,8 +168,19 @@ fn no_work_costs_nothing() {
 
 #[test]
 fn chunks_give_every_job_a_part() {
-    assert_eq!(chunk_length(25, 1e5, 16), 2);
-    assert_eq!(chunk_length(1000, 1e5, 2), 50);
-    assert_eq!(chunk_length(1000, 1e6, 2), 12);
-    assert_eq!(chunk_length(3, 1e9, 16), 1);
+    let lengths = |frames, heaviest_px, parts| chunk_lengths(frames, heaviest_px, parts, false);
+    assert_eq!(lengths(25, 1e6, 8), [4, 4, 4, 4, 4, 4, 1]);
+    assert_eq!(lengths(25, 1e5, 16)[0], 2);
+    assert_eq!(lengths(1000, 1e5, 2)[0], 50);
+    assert_eq!(lengths(1000, 1e6, 2)[0], 12);
+    assert_eq!(lengths(3, 1e9, 16), [1, 1, 1]);
+    assert!(lengths(0, 1e6, 8).is_empty());
+}
+
+#[test]
+fn chunks_of_dear_frames_shrink_towards_the_end() {
+    let lengths = chunk_lengths(100, 1e6, 8, true);
+    assert_eq!(lengths.iter().sum::<usize>(), 100);
+    assert_eq!((lengths[0], lengths.last()), (9, Some(&2)), "{lengths:?}");
+    assert!(lengths.windows(2).all(|pair| pair[0] >= pair[1]));
 }
