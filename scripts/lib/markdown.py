@@ -30,12 +30,16 @@ def table(head, rows):
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines) + "\n"
 
 
+def on(machine):
+    """A machine in words, and a warning where it had other work."""
+    words = f"{machine['cores']} cores of {machine['cpu']}, {machine['memory_gib']} GiB"
+    busy = (f" **The machine was busy (up to {machine['load']} cores when a measurement began): "
+            "wall times are not to be trusted.**")
+    return words, busy if machine["load"] > 0.5 else ""
+
+
 def where(machine, version, renderer, repeats):
     """What the figures were measured on, as a paragraph."""
-    busy = ""
-    if machine["load"] > 0.5:
-        busy = (f" **The machine was busy (up to {machine['load']} cores when a measurement began): "
-                "wall times are not to be trusted.**")
+    words, busy = on(machine)
     runs = "one run" if repeats == 1 else f"medians of {repeats} runs"
-    return (f"{version}, {renderer}, {machine['cores']} cores of {machine['cpu']}, "
-            f"{machine['memory_gib']} GiB; {runs}.{busy}\n")
+    return f"{version}, {renderer}, {words}; {runs}.{busy}\n"
