@@ -60,7 +60,8 @@ pub fn chunk_lengths(frames: usize, heaviest_px: f64, parts: usize, dear: bool) 
     let mut lengths = Vec::new();
     while left > 0 {
         let share = (2 * left).div_ceil(3 * parts).max(SHORT);
-        let length = if dear { share.min(alike) } else { alike };
+        let shrinks = dear && parts > 1;
+        let length = if shrinks { share.min(alike) } else { alike };
         lengths.push(length.min(left));
         left -= length.min(left);
     }
