@@ -183,5 +183,9 @@ fn chunks_of_dear_frames_shrink_towards_the_end() {
     assert_eq!(lengths.iter().sum::<usize>(), 100);
     assert_eq!((lengths[0], lengths.last()), (9, Some(&1)), "{lengths:?}");
     assert!(lengths.windows(2).all(|pair| pair[0] >= pair[1]));
-    assert_eq!(chunk_lengths(8, 1e6, 1, true), [8], "nobody else could wait");
+    assert_eq!(
+        chunk_lengths(8, 1e6, 1, true),
+        [8],
+        "nobody else could wait"
+    );
 }
