@@ -215,6 +215,24 @@ fn long_films_are_worth_a_probe_and_short_ones_are_not() {
 }
 
 #[test]
+fn what_a_probe_reads_is_a_part_of_its_price() {
+    let folder = tempfile::tempdir().unwrap();
+    let crowd = |frames| {
+        let path = ladybirds(folder.path(), frames);
+        let mut text = std::fs::read_to_string(&path).unwrap();
+        let places = (0..20_000).map(|k| (k % 200 - 100, k / 200));
+        text.extend(places.map(|(x, z)| format!("!ladybird.ron {x} -9 {z} 0 0 0\n")));
+        std::fs::write(&path, text).unwrap();
+        stage(&path)
+    };
+    // A second a frame, and eight to read the scene for the probe's pictures.
+    let short = crowd(20);
+    assert!(!probe::worth_probing(&short, &wishes(&short)));
+    let long = crowd(1000);
+    assert!(probe::worth_probing(&long, &wishes(&long)));
+}
+
+#[test]
 fn the_longer_the_film_the_more_it_costs() {
     let folder = tempfile::tempdir().unwrap();
     let stage = stage(&ladybirds(folder.path(), 40));
