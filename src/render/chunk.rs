@@ -71,13 +71,14 @@ impl Execution<'_> {
                 sky,
                 shadows,
             } => {
-                if let Some(shadows) = shadows {
-                    // Blocks that are not known yet; they are read one frame at a time.
-                    return shadows.expected_pixels as usize;
-                }
-                let around = blocks.runs().fold(Window::EMPTY, Window::union);
+                let blocks = match shadows {
+                    // They are not known yet, and read one frame at a time.
+                    Some(shadows) => shadows.expected_pixels as usize,
+                    None => blocks.runs().fold(Window::EMPTY, Window::union).pixels(),
+                };
+                let fast: usize = fast.iter().map(|window| window.pixels()).sum();
                 let sky = if *sky { self.stage.size().pixels() } else { 0 };
-                2 * fast.iter().map(|window| window.pixels()).sum::<usize>() + around.pixels() + sky
+                2 * fast + blocks + sky
             }
         }
     }
