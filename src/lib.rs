@@ -70,6 +70,7 @@ pub mod renderers;
 pub mod report;
 pub mod segmentation;
 pub mod shadow;
+mod shares;
 pub mod silhouette;
 pub mod stage;
 pub mod stream;

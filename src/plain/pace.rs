@@ -7,6 +7,7 @@
 //! should wait for the last one: so each is a share of what is left.
 
 use super::pool::Workers;
+use crate::shares::share_of;
 
 /// What a frame of an animation sleeps, in seconds: measured with 3.7.0.10.
 pub const SLEEP_S: f64 = 0.25;
@@ -101,8 +102,7 @@ impl Pace {
     pub fn next(&self, left: usize, most: usize) -> Next {
         let shortest = self.shortest().min(most);
         let processes = self.processes(shortest);
-        // Two thirds of a share: about half of all in the first round.
-        let share = (left * 2).div_ceil(processes * 3);
+        let share = share_of(left, processes);
         let by_time = (LONGEST_S / self.frame_cpu_s) as usize;
         Next {
             processes,

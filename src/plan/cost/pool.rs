@@ -9,6 +9,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::{Costs, FrameWork, Pass, Picture, Price, Work, memory};
+use crate::shares::share_of;
 use crate::stage::Stage;
 
 /// Pixels of layers that one chunk holds at once, at most.
@@ -59,7 +60,7 @@ pub fn chunk_lengths(frames: usize, heaviest_px: f64, parts: usize, dear: bool) 
     let mut left = frames;
     let mut lengths = Vec::new();
     while left > 0 {
-        let share = (2 * left).div_ceil(3 * parts).max(SHORT);
+        let share = share_of(left, parts).max(SHORT);
         let shrinks = dear && parts > 1;
         let length = if shrinks { share.min(alike) } else { alike };
         lengths.push(length.min(left));
