@@ -19,7 +19,10 @@ mod tests {
             shares.push(share_of(left, 8));
             left -= share_of(left, 8);
         }
-        assert!((40..60).contains(&shares[..8].iter().sum()), "{shares:?}");
+        assert!(
+            (40..60).contains(&shares[..8].iter().sum::<usize>()),
+            "{shares:?}"
+        );
         assert_eq!((shares[0], shares.last()), (9, Some(&1)));
         assert_eq!((share_of(9, 0), share_of(0, 8)), (6, 0));
     }
