@@ -25,7 +25,7 @@ pub use budget::Budget;
 pub use cost::{
     Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost, Prediction,
     Price, Seen, Survey, Work, chunk_lengths, description_bytes, is_dear, jobs, periods_at_once,
-    whole_work,
+    whole_work, worth_calling,
 };
 pub(crate) use islands::seen_in;
 pub(crate) use make::Maker;

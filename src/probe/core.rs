@@ -87,7 +87,7 @@ fn per_pixel(pixels: f64, mut work: impl FnMut()) -> f64 {
 fn picture(samples: &[Measured]) -> Option<Layer> {
     let of = Question::Pixels(Pass::Whole);
     let those = samples.iter().filter(|m| m.sample.question == of);
-    let mut pictures = those.filter_map(|m| Some((m.layers.first()?, m.sample.blocks())));
+    let mut pictures = those.filter_map(|m| Some((m.picture.as_ref()?, m.sample.blocks())));
     let (layer, blocks) = pictures.next()?;
     let all = layer.colour.as_ref()?;
     let (width, colour) = if blocks.is_empty() {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use decor_api::{
-    AdapterError, Layer, LayerRequest, LayerShot, Light, LightKind, Output, Region, RunContext,
-    Scene, Tally, Window,
+    AdapterError, Layer, LayerRequest, LayerShot, Light, LightKind, Output, Region, Rendered,
+    RunContext, Scene, Tally, Window,
 };
 use nix::time::{ClockId, clock_gettime};
 
@@ -77,7 +77,8 @@ pub struct Measured {
     /// Seconds of CPU of decor for it: writing the scene, reading the pixels.
     /// A renderer in-process has both in one.
     pub own_s: f64,
-    pub layers: Vec<Layer>,
+    /// What its first shot shows, where that is a part of a whole frame.
+    pub picture: Option<Layer>,
 }
 
 impl Sample {
@@ -451,7 +452,10 @@ fn call(
     };
     let started = Instant::now();
     let before = cpu_s(clock);
-    let layers = stage.adapter.render(&request, &run)?;
+    let picture = drawn(
+        sample.question,
+        stage.adapter.render_to_read(&request, &run)?,
+    )?;
     let here_s = cpu_s(clock) - before;
     let (cpu_s, own_s) = if super::is_in_process(stage) {
         (here_s, 0.0)
@@ -463,8 +467,26 @@ fn call(
         own_s,
         wall_s: started.elapsed().as_secs_f64(),
         sample,
-        layers,
+        picture,
     })
+}
+
+/// Reads the pictures of a call, one after the other, and keeps what is of use later.
+/// A canvas is as large as a frame, and nothing is asked of its pixels.
+fn drawn(
+    question: Question,
+    mut rendered: Rendered<'_, Layer>,
+) -> Result<Option<Layer>, AdapterError> {
+    let mut kept = None;
+    if question != Question::Canvas {
+        for shot in 0..rendered.shots() {
+            let layer = rendered.read(shot)?;
+            if shot == 0 && question == Question::Pixels(Pass::Whole) {
+                kept = Some(layer);
+            }
+        }
+    }
+    Ok(kept)
 }
 
 /// What a clock of CPU time shows, in seconds.

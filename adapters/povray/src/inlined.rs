@@ -116,7 +116,7 @@ fn named<'a>(tokens: &[Token<'a>]) -> HashMap<&'a [u8], Named> {
                 Some(1) => declared_before(tokens, at, token.bytes),
                 Some(_) => false,
             },
-            Kind::Text => true,
+            Kind::Text | Kind::List => true,
             Kind::Other => !(token.is("(") || token.is(")")),
         };
         if inside.iter().all(is_plain) {

@@ -10,8 +10,10 @@ pub enum Kind {
     Directive,
     /// A string, with its quotes.
     Text,
-    /// Anything else, a character at a time: numbers, braces, operators.
+    /// Anything else: a number, or a single brace or operator.
     Other,
+    /// The middle of a long list of numbers and vectors, with its commas.
+    List,
 }
 
 /// A piece of the text. Comments and blanks lie between the tokens.
@@ -33,6 +35,12 @@ impl<'a> Token<'a> {
         self.bytes == text.as_bytes()
     }
 
+    /// Is it a number, or what stands between the numbers of a list?
+    fn is_of_list(&self) -> bool {
+        self.kind == Kind::Other
+            && (self.bytes[0].is_ascii_digit() || b"<>,.+-".contains(&self.bytes[0]))
+    }
+
     /// The word, directive or string as text; other bytes are lost.
     pub fn text(&self) -> std::borrow::Cow<'a, str> {
         String::from_utf8_lossy(self.bytes)
@@ -50,18 +58,51 @@ impl<'a> Token<'a> {
     }
 }
 
+/// Tokens at either end of a list that are always told apart: what stands before or
+/// behind a list may ask for them.
+const LIST_ENDS: usize = 32;
+
 /// All tokens of `text`. Never fails: what is unfinished ends with the text.
+///
+/// A mesh is hundreds of thousands of numbers, and nobody asks for those in its midst:
+/// of a text without directives they are one token. Where there are directives, any
+/// number may become part of a colour.
 pub fn tokens(text: &[u8]) -> Vec<Token<'_>> {
     let mut scan = Scan {
         text,
         at: 0,
         line: 1,
     };
+    let shortens = !has_directives(text);
     let mut found = Vec::new();
+    let mut list = 0;
     while let Some(token) = scan.next() {
+        list = if token.is_of_list() { list + 1 } else { 0 };
         found.push(token);
+        // By many at once: each is moved but once.
+        if shortens && list == 3 * LIST_ENDS {
+            shorten(&mut found, text);
+            list = 2 * LIST_ENDS;
+        }
     }
     found
+}
+
+/// The list that `found` ends with has `3 * LIST_ENDS` tokens: those in its middle
+/// become one, with the one before them where that is in the middle as well.
+fn shorten<'a>(found: &mut Vec<Token<'a>>, text: &'a [u8]) {
+    let (from, until) = (found.len() - 2 * LIST_ENDS, found.len() - LIST_ENDS);
+    let first = if found[from - 1].kind == Kind::List {
+        from - 1
+    } else {
+        from
+    };
+    let last = &found[until - 1];
+    let end = last.start + last.bytes.len();
+    let start = found[first].start;
+    found[first].kind = Kind::List;
+    found[first].bytes = &text[start..end];
+    found.drain(first + 1..until);
 }
 
 /// Can there be a directive in `text`? A mesh is hundreds of thousands of tokens,
@@ -281,6 +322,49 @@ mod tests {
         let found = tokens(b"a\n/* \n */ b\n\"x\ny\" c");
         let lines: Vec<usize> = found.iter().map(|t| t.line).collect();
         assert_eq!(lines, [1, 3, 4, 5]);
+    }
+
+    #[test]
+    fn a_long_list_is_one_token_between_its_ends() {
+        let list = |vectors: usize| {
+            (0..vectors)
+                .map(|k| format!("<{k},-1,.5>,\n"))
+                .collect::<String>()
+        };
+        let text = format!("mesh2 {{ vertex_vectors {{ 9, {} }} }} after", list(5000));
+        let found = tokens(text.as_bytes());
+        assert!(found.len() < 200, "{}", found.len());
+        let lists = found.iter().filter(|t| t.kind == Kind::List).count();
+        assert_eq!(lists, 1);
+        let (head, tail) = (
+            &found[..4 + LIST_ENDS],
+            &found[found.len() - 3 - LIST_ENDS..],
+        );
+        assert_eq!(head[3].text(), "{");
+        assert_eq!(head[4].text(), "9");
+        assert!(head[4..].iter().all(|t| t.kind == Kind::Other));
+        assert_eq!(tail[LIST_ENDS].text(), "}");
+        assert_eq!(tail[LIST_ENDS + 2].text(), "after");
+        assert!(tail[..LIST_ENDS].iter().all(|t| t.kind == Kind::Other));
+        assert_eq!(tail[LIST_ENDS + 2].line, 5001);
+        // Nothing is lost between them.
+        let gap = found
+            .windows(2)
+            .map(|pair| pair[1].start - (pair[0].start + pair[0].bytes.len()));
+        assert!(gap.max() <= Some(2));
+
+        let short = text.replace(&list(5000), &list(8));
+        assert!(
+            tokens(short.as_bytes())
+                .iter()
+                .all(|t| t.kind != Kind::List)
+        );
+        let directed = format!("#local A = 1; {text}");
+        assert!(
+            tokens(directed.as_bytes())
+                .iter()
+                .all(|t| t.kind != Kind::List)
+        );
     }
 
     proptest! {

@@ -74,6 +74,21 @@ pub fn is_dear(is_whole: bool, pixels: f64) -> bool {
     is_whole && is_large(pixels)
 }
 
+/// Calls that so many whole frames of so many pixels are worth: starting them costs
+/// no more CPU time than one call with all threads over all frames has to give.
+pub fn worth_calling(frames: usize, pixels: f64) -> usize {
+    /// CPU time of a start.
+    const START_S: f64 = 0.013;
+    /// What a picture costs less where one thread renders it.
+    const THREADS_S: f64 = 0.004;
+    /// More than stock's CPU time by this share is too much.
+    const MORE: f64 = 0.05;
+    let costs = Costs::default();
+    let frame_s = costs.picture_cpu_s + costs.colour.of(pixels, pixels / 2.0);
+    let frames_a_call = START_S / (THREADS_S + MORE * frame_s);
+    ((frames as f64 / frames_a_call.max(1.0)) as usize).max(1)
+}
+
 /// Something that takes time: it sleeps, then computes.
 #[derive(Clone, Copy, Debug)]
 struct Load {
@@ -149,9 +164,13 @@ fn tasks(costs: &Costs, period: usize, work: &Work, jobs: usize, cores: usize) -
     }];
     let heaviest = work.frames.iter().map(held).fold(1.0, f64::max);
     let calls = work.frames.iter().any(|frame| !frame.pictures.is_empty());
-    let parts = if calls { jobs } else { cores };
+    let mut parts = if calls { jobs } else { cores };
+    let is_whole = work.ground.is_empty();
+    if is_whole {
+        parts = parts.min(worth_calling(work.frames.len(), work.size_pixels));
+    }
     let mut left = work.frames.as_slice();
-    let dear = is_dear(work.ground.is_empty(), work.size_pixels);
+    let dear = is_dear(is_whole, work.size_pixels);
     for length in chunk_lengths(left.len(), heaviest, parts, dear) {
         let frames;
         (frames, left) = left.split_at(length);

@@ -178,6 +178,20 @@ fn chunks_give_every_job_a_part() {
 }
 
 #[test]
+fn a_call_is_begun_where_its_frames_pay_for_its_start() {
+    let small = 192.0 * 144.0;
+    assert_eq!(
+        worth_calling(4, small),
+        1,
+        "a second start would cost a tenth"
+    );
+    assert_eq!(worth_calling(12, small), 5);
+    assert_eq!(worth_calling(100, small), 44);
+    assert_eq!(worth_calling(25, 1024.0 * 1024.0), 25);
+    assert_eq!(worth_calling(0, small), 1);
+}
+
+#[test]
 fn chunks_of_dear_frames_shrink_towards_the_end() {
     let lengths = chunk_lengths(100, 1e6, 8, true);
     assert_eq!(lengths.iter().sum::<usize>(), 100);
