@@ -36,6 +36,10 @@ impl Mask {
         Self { size, causes }
     }
 
+    pub(super) fn into_causes(self) -> Vec<u8> {
+        self.causes
+    }
+
     /// The picture's size.
     pub fn size(&self) -> Size {
         self.size
@@ -101,6 +105,10 @@ impl Mask {
         let mut blocks = BlockSet::none(self.size, side);
         let width = self.size.width as usize;
         for (y, row) in (0_u32..).zip(self.causes.chunks(width.max(1))) {
+            // Most rows have none; all of one are looked at sooner than one by one.
+            if row.iter().fold(0, |all, code| all | code) & causes == 0 {
+                continue;
+            }
             let is_one = |code: &u8| code & causes != 0;
             let mut x = 0;
             while let Some(first) = row[x..].iter().position(is_one) {

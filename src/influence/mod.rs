@@ -48,6 +48,7 @@
 )]
 
 mod beam;
+mod border;
 mod depths;
 mod distance;
 mod estimate;

@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::beam::Beam;
+use super::border::{Tile, borders};
 use super::depths::Range;
 use super::lamp::Lamp;
 use super::{Cause, Changed, Mask, Solid, Still};
@@ -99,34 +100,6 @@ fn relative(ball: &Sphere, eye: DVec3) -> Sphere {
     }
 }
 
-/// A block on the way: is something of it marked?
-struct Tile {
-    window: Window,
-    is_marked: bool,
-}
-
-impl Tile {
-    fn new(window: Window) -> Self {
-        Self {
-            window,
-            is_marked: false,
-        }
-    }
-
-    /// Does a square need no look? In a marked block only what lies at its border
-    /// matters, and that only where a pixel may reach the next block.
-    fn is_done(&self, cell: Window, dilated: bool) -> bool {
-        let Self { window, is_marked } = self;
-        let is_inside = || {
-            cell.x > window.x
-                && cell.y > window.y
-                && cell.right() < window.right()
-                && cell.bottom() < window.bottom()
-        };
-        *is_marked && (!dilated || is_inside())
-    }
-}
-
 /// The mask of everything that has an end.
 pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
     let tracer = Tracer::new(still, changed);
@@ -172,6 +145,11 @@ pub(super) fn trace(still: &Still<'_>, changed: &[Changed]) -> Mask {
                 tracer.square(window, 0, &everything, y, rows, &mut tile);
             }
         });
+    if let Some(side) = still.by_blocks
+        && still.antialiased
+    {
+        causes = borders(&tracer, size, side, causes);
+    }
     Mask::from_causes(size, causes)
 }
 
@@ -300,9 +278,12 @@ impl<'a> Tracer<'a> {
             return left;
         }
         let parts = |object: u32| self.wholes[object as usize].1.clone();
-        let sources = |lamp: u32| self.lamps[lamp as usize].1.clone();
         let pairs = left.casting.iter().flat_map(|&(lamp, object)| {
-            sources(lamp).flat_map(move |source| parts(object).map(move |part| (source, part)))
+            let (lamp, sources) = &self.lamps[lamp as usize];
+            // Who casts nothing in the light of all sources does not in one's.
+            let by_some = move |part: &u32| sources.len() < 2 || self.blocks(&beam, lamp, *part);
+            let parts = parts(object).filter(by_some);
+            parts.flat_map(move |part| sources.clone().map(move |source| (source, part)))
         });
         let parts = Suspects {
             seen: left.seen.iter().flat_map(|&o| parts(o)).collect(),
@@ -419,11 +400,25 @@ impl<'a> Tracer<'a> {
     }
 
     fn casts(&self, beam: &Beam, (source, part): (u32, u32)) -> bool {
+        self.blocks(beam, &self.sources[source as usize], part)
+    }
+
+    /// May a part stand between a lamp and a point of a beam?
+    fn blocks(&self, beam: &Beam, lamp: &Lamp, part: u32) -> bool {
         let Part { ball, solid } = &self.parts[part as usize];
-        let source = &self.sources[source as usize];
         // The box first: it is asked about in less time.
-        let by_box = |solid: &Solid| source.may_be_blocked_by(solid, beam);
-        solid.as_ref().is_none_or(by_box) && source.may_be_blocked(ball, beam)
+        let by_box = |solid: &Solid| lamp.may_be_blocked_by(solid, beam);
+        solid.as_ref().is_none_or(by_box) && lamp.may_be_blocked(ball, beam)
+    }
+
+    /// Marks the pixels of a block as far as `tile`, which is the block, needs it.
+    /// `rows` begin with the block's own.
+    pub fn within(&self, window: Window, rows: &mut [u8], tile: &mut Tile) {
+        let left = self.remaining(window, &self.everything(), true);
+        let smaller = |side: &u32| *side < window.width.max(window.height);
+        let level = self.sides.iter().position(smaller);
+        let level = level.unwrap_or(self.sides.len());
+        self.square(window, level, &left, window.y, rows, tile);
     }
 
     /// Marks the pixels of a window, which is cut into squares of the side number
@@ -468,7 +463,7 @@ impl<'a> Tracer<'a> {
     }
 
     fn is_done(&self, tile: &Tile, cell: Window) -> bool {
-        self.still.by_blocks.is_some() && tile.is_done(cell, self.still.antialiased)
+        self.still.by_blocks.is_some() && tile.is_done(cell)
     }
 
     fn pixels(
@@ -489,7 +484,9 @@ impl<'a> Tracer<'a> {
                 }
                 let place = (y - top) as usize * self.still.size.width as usize + x as usize;
                 let causes = self.pixel(x, y, suspects);
-                tile.is_marked |= causes != 0;
+                if causes != 0 {
+                    tile.mark(Window::pixel(x, y));
+                }
                 rows[place] |= causes;
             }
         }

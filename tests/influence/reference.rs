@@ -82,7 +82,12 @@ fn check(number: u64, share: f64) -> [Totals; 4] {
         let samples = Some((&samples, per_side));
         compare(1, &of(samples, None), None);
         compare(2, &of(None, None), None);
-        compare(3, &of(samples, Some(BLOCK)), Some(BLOCK));
+        let by_blocks = of(samples, Some(BLOCK));
+        compare(3, &by_blocks, Some(BLOCK));
+        // It is only quicker: no block is there that the whole mask has not.
+        let blocks = |mask: &decor::influence::Mask| mask.dilated().blocks(BLOCK);
+        let more = blocks(&by_blocks).without(&blocks(&of(samples, None)));
+        assert!(more.is_empty(), "scene {number}: {:?}", more.numbers());
     }
     totals
 }

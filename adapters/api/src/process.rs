@@ -218,6 +218,9 @@ impl ProcessCall<'_> {
 /// empties stops the program.
 fn drain(mut pipe: impl Read) -> Vec<u8> {
     const KEPT: usize = 1 << 20;
+    /// Renderers write a line at a time: who has read one waits for more, and is woken
+    /// once for all of them.
+    const PAUSE: Duration = Duration::from_millis(4);
     let mut kept = Vec::new();
     let mut buffer = [0_u8; 8192];
     while let Ok(n) = pipe.read(&mut buffer) {
@@ -227,6 +230,9 @@ fn drain(mut pipe: impl Read) -> Vec<u8> {
         kept.extend_from_slice(&buffer[..n]);
         if kept.len() > 2 * KEPT {
             kept.drain(..kept.len() - KEPT);
+        }
+        if n < buffer.len() / 2 {
+            thread::sleep(PAUSE);
         }
     }
     kept
