@@ -281,7 +281,8 @@ impl<'a> Tracer<'a> {
         let pairs = left.casting.iter().flat_map(|&(lamp, object)| {
             let (lamp, sources) = &self.lamps[lamp as usize];
             // Who casts nothing in the light of all sources does not in one's.
-            let by_some = move |part: &u32| sources.len() < 2 || self.blocks(&beam, lamp, *part);
+            let by_some =
+                move |part: &u32| sources.len() < 2 || self.is_between(&beam, lamp, *part);
             let parts = parts(object).filter(by_some);
             parts.flat_map(move |part| sources.clone().map(move |source| (source, part)))
         });
@@ -400,11 +401,11 @@ impl<'a> Tracer<'a> {
     }
 
     fn casts(&self, beam: &Beam, (source, part): (u32, u32)) -> bool {
-        self.blocks(beam, &self.sources[source as usize], part)
+        self.is_between(beam, &self.sources[source as usize], part)
     }
 
     /// May a part stand between a lamp and a point of a beam?
-    fn blocks(&self, beam: &Beam, lamp: &Lamp, part: u32) -> bool {
+    fn is_between(&self, beam: &Beam, lamp: &Lamp, part: u32) -> bool {
         let Part { ball, solid } = &self.parts[part as usize];
         // The box first: it is asked about in less time.
         let by_box = |solid: &Solid| lamp.may_be_blocked_by(solid, beam);

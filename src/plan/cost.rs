@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 pub use coverage::Coverage;
 pub use pass::{Parsed, Pass, PassTotal};
-pub use pool::{chunk_lengths, is_dear, jobs, periods_at_once, worth_calling};
+pub use pool::{chunk_lengths, jobs, periods_at_once};
 pub use prediction::{CostsFrom, Prediction};
 pub use work::{FrameWork, Picture, Seen, Survey, Work, description_bytes};
 

@@ -24,8 +24,7 @@ pub use blocks::{BLOCK, BlockSet};
 pub use budget::Budget;
 pub use cost::{
     Costs, CostsFrom, Coverage, FrameWork, Parsed, Pass, PassTotal, Picture, PixelCost, Prediction,
-    Price, Seen, Survey, Work, chunk_lengths, description_bytes, is_dear, jobs, periods_at_once,
-    whole_work, worth_calling,
+    Price, Seen, Survey, Work, chunk_lengths, description_bytes, jobs, periods_at_once, whole_work,
 };
 pub(crate) use islands::seen_in;
 pub(crate) use make::Maker;

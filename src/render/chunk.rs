@@ -14,9 +14,7 @@ use super::ground::PeriodGround;
 use super::influenced::Blocks;
 use super::shading::Shades;
 use crate::film::{FrameState, ObjectId, ObjectState};
-use crate::plan::{
-    BlockSet, FramePlan, Mode, Period, chunk_lengths, gathered, is_dear, seen_in, worth_calling,
-};
+use crate::plan::{BlockSet, FramePlan, Mode, Period, chunk_lengths, gathered, seen_in};
 use crate::probe::cores;
 
 /// Passes of a chunk, in the order in which they are laid onto a frame.
@@ -46,13 +44,10 @@ impl Execution<'_> {
             .unwrap_or(1)
             .max(1);
         let calls = period.frames.iter().any(|frame| !frame.is_decor());
-        let mut parts = if calls { self.jobs } else { cores() };
-        let (is_whole, pixels) = (period.whole.is_some(), self.stage.size().pixels() as f64);
-        if is_whole {
-            parts = parts.min(worth_calling(left.len(), pixels));
-        }
-        let dear = is_dear(is_whole, pixels);
-        let mut lengths = chunk_lengths(left.len(), heaviest as f64, parts, dear).into_iter();
+        let parts = if calls { self.jobs } else { cores() };
+        let pixels = self.stage.size().pixels() as f64;
+        let whole = period.whole.as_ref().map(|_| pixels);
+        let mut lengths = chunk_lengths(left.len(), heaviest as f64, parts, whole).into_iter();
         let mut length = 1;
         let mut chunks: Vec<Range<u32>> = Vec::new();
         for number in left {

@@ -33,8 +33,8 @@ pub fn jobs(stage: &Stage) -> usize {
     let jobs = stage.adapter.abilities().jobs;
     let state = stage.film.frame(*stage.film.frames().start());
     let is_plain = stage.antialias().is_none() && !stage.has_shadows(&state);
-    // On two cores, large pictures, 10, 14 and 16 calls: 100 frames of a plain film took
-    // 5.5, 3.6 and 3.4 s, those with shadows 7.7, 7.7 and 7.5 s; and a third more memory.
+    // On two cores, 100 large frames by 10 and by 14 calls: a plain film took 5.5 and
+    // 3.9 s, one with shadows 7.7 s both times, and 318 and 399 MiB.
     let eighths = match (is_large(stage.size().pixels() as f64), is_plain) {
         (false, _) => 8,
         (true, true) => 7,
@@ -53,22 +53,33 @@ fn is_large(pixels: f64) -> bool {
 /// Frames in the chunks of a period of `frames`, of which the heaviest holds so many
 /// pixels of layers. `parts`: chunks that are of use, the calls at once, or the cores
 /// where nothing is called: those who wait for a décor only keep other décors waiting.
+/// `whole`: the pixels of a frame, where frames are rendered whole.
 ///
 /// Chunks are alike, and as a rule all run at once: a call sleeps before it computes.
-/// Where frames are `dear`, that is little, and each chunk is a share of what is left,
-/// so that no core waits for the last one.
-pub fn chunk_lengths(frames: usize, heaviest_px: f64, parts: usize, dear: bool) -> Vec<usize> {
-    /// Of dear frames these are worth a call.
+/// Where frames are whole and large, that is little, and each chunk is a share of what
+/// is left, so that no core waits for the last one. Where they are whole and few and
+/// small, there are fewer chunks than could run at once.
+pub fn chunk_lengths(
+    frames: usize,
+    heaviest_px: f64,
+    parts: usize,
+    whole: Option<f64>,
+) -> Vec<usize> {
+    /// Of large whole frames these are worth a call.
     const SHORT: usize = 2;
+    let parts = match whole {
+        Some(pixels) => parts.min(worth_calling(frames, pixels)),
+        None => parts,
+    };
     let parts = parts.max(1);
     let longest = (CHUNK_PIXELS / heaviest_px.max(1.0)) as usize;
     let longest = longest.clamp(1, CHUNK_FRAMES);
     let alike = frames.div_ceil(parts).clamp(1, longest);
+    let shrinks = whole.is_some_and(is_large) && parts > 1;
     let mut left = frames;
     let mut lengths = Vec::new();
     while left > 0 {
         let share = share_of(left, parts).max(SHORT);
-        let shrinks = dear && parts > 1;
         let length = if shrinks { share.min(alike) } else { alike };
         lengths.push(length.min(left));
         left -= length.min(left);
@@ -76,14 +87,9 @@ pub fn chunk_lengths(frames: usize, heaviest_px: f64, parts: usize, dear: bool) 
     lengths
 }
 
-/// Are frames of so many pixels dear? Where they are whole and large.
-pub fn is_dear(is_whole: bool, pixels: f64) -> bool {
-    is_whole && is_large(pixels)
-}
-
 /// Calls that so many whole frames of so many pixels are worth: starting them costs
 /// no more CPU time than one call with all threads over all frames has to give.
-pub fn worth_calling(frames: usize, pixels: f64) -> usize {
+pub(super) fn worth_calling(frames: usize, pixels: f64) -> usize {
     /// CPU time of a start.
     const START_S: f64 = 0.013;
     /// What a picture costs less where one thread renders it.
@@ -171,14 +177,10 @@ fn tasks(costs: &Costs, period: usize, work: &Work, jobs: usize, cores: usize) -
     }];
     let heaviest = work.frames.iter().map(held).fold(1.0, f64::max);
     let calls = work.frames.iter().any(|frame| !frame.pictures.is_empty());
-    let mut parts = if calls { jobs } else { cores };
-    let is_whole = work.ground.is_empty();
-    if is_whole {
-        parts = parts.min(worth_calling(work.frames.len(), work.size_pixels));
-    }
+    let parts = if calls { jobs } else { cores };
     let mut left = work.frames.as_slice();
-    let dear = is_dear(is_whole, work.size_pixels);
-    for length in chunk_lengths(left.len(), heaviest, parts, dear) {
+    let whole = work.ground.is_empty().then_some(work.size_pixels);
+    for length in chunk_lengths(left.len(), heaviest, parts, whole) {
         let frames;
         (frames, left) = left.split_at(length);
         let mut groups: BTreeMap<(Pass, u32, u32), Vec<Picture>> = BTreeMap::new();

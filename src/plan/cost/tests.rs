@@ -1,5 +1,6 @@
 //! The model of the pool, on work that can be worked out by hand.
 
+use super::pool::worth_calling;
 use super::*;
 
 fn picture(pass: Pass, side: u32) -> Picture {
@@ -168,7 +169,7 @@ fn no_work_costs_nothing() {
 
 #[test]
 fn chunks_give_every_job_a_part() {
-    let lengths = |frames, heaviest_px, parts| chunk_lengths(frames, heaviest_px, parts, false);
+    let lengths = |frames, heaviest_px, parts| chunk_lengths(frames, heaviest_px, parts, None);
     assert_eq!(lengths(25, 1e6, 8), [4, 4, 4, 4, 4, 4, 1]);
     assert_eq!(lengths(25, 1e5, 16)[0], 2);
     assert_eq!(lengths(1000, 1e5, 2)[0], 50);
@@ -189,16 +190,20 @@ fn a_call_is_begun_where_its_frames_pay_for_its_start() {
     assert_eq!(worth_calling(100, small), 44);
     assert_eq!(worth_calling(25, 1024.0 * 1024.0), 25);
     assert_eq!(worth_calling(0, small), 1);
+    let lengths = |frames| chunk_lengths(frames, small, 16, Some(small));
+    assert_eq!(lengths(4), [4]);
+    assert_eq!(lengths(12), [3, 3, 3, 3]);
+    assert_eq!(lengths(100)[0], 7, "no more than run at once");
 }
 
 #[test]
 fn chunks_of_dear_frames_shrink_towards_the_end() {
-    let lengths = chunk_lengths(100, 1e6, 8, true);
+    let lengths = chunk_lengths(100, 1e6, 8, Some(1e6));
     assert_eq!(lengths.iter().sum::<usize>(), 100);
     assert_eq!((lengths[0], lengths.last()), (9, Some(&1)), "{lengths:?}");
     assert!(lengths.windows(2).all(|pair| pair[0] >= pair[1]));
     assert_eq!(
-        chunk_lengths(8, 1e6, 1, true),
+        chunk_lengths(8, 1e6, 1, Some(1e6)),
         [8],
         "nobody else could wait"
     );

@@ -11,8 +11,8 @@ use process_wrap::std::ChildWrapper;
 /// longer wait.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// The same later on. Each look wakes a thread, where a core is busy: on a virtual
-/// machine that took 0.1 ms of CPU, and ten calls at once are looked at.
+/// The same later on. Each look wakes a thread while the cores are busy, and many calls
+/// run at once.
 const LATER: Duration = Duration::from_millis(250);
 
 /// How long to wait before the next look at a call that was begun so long ago.
