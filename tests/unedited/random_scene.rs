@@ -276,14 +276,27 @@ fn moving(dice: &mut Dice) -> String {
         }
         13..=14 => {
             let (still, moved) = (object(dice, &look), object(dice, &format!("{look} {by}")));
-            format!("union {{ {still} {moved} #if (V > 0) sphere {{ <1,1,0>, .3 }} #end {to} }}")
+            let third = if dice.chance(50) {
+                "#if (V > 0) sphere { <1,1,0>, .3 } #end".to_owned()
+            } else {
+                object(dice, &format!("{look} translate <1.4, .6, 0>"))
+            };
+            format!("union {{ {still} {moved} {third} {to} }}")
         }
         15..=16 => {
             let one = object(dice, &format!("{look} translate x*I*.5 {to}"));
             format!("#declare I = 0; #while (I < 3+2*clock) {one} #declare I = I + 1; #end")
         }
         17..=18 => {
-            let one = object(dice, &format!("{look} {by}"));
+            let mut one = object(dice, &format!("{look} {by}"));
+            if dice.chance(60) {
+                let others = ["-1.1*x", "<.3, 1.2, .5>"]
+                    .map(|at| object(dice, &format!("{look} translate {at}")));
+                let [two, three] = others;
+                one = format!(
+                    "union {{ {one} union {{ {two} {three} scale .8 }} {look} rotate z*40*clock }}"
+                );
+            }
             format!(
                 "#declare Ob = {one}\nobject {{ Ob {to} }}\nobject {{ Ob {to} translate -.7*x }}"
             )

@@ -7,7 +7,6 @@ use super::instrument;
 use super::outline::Outline;
 use super::placing::Placing;
 use super::refuse;
-use super::solid;
 use super::source::{Edit, Sources};
 use super::steps::Steps;
 use super::taint::Taint;
@@ -48,8 +47,6 @@ pub struct Statement {
     pub why: String,
     /// May it mirror or bend rays (reflection, refraction)?
     pub bends: bool,
-    /// Is it a sphere, wherever it is?
-    pub round: bool,
     /// May it be executed any number of times (loop, macro)?
     pub repeated: bool,
 }
@@ -178,7 +175,6 @@ pub fn analyse(sources: &Sources, options: &Options) -> Analysis {
             range,
             moves: why.is_some() && matches!(kind, Kind::Object(_)),
             why: why.unwrap_or_default(),
-            round: solid::is_round(&outline, raw),
             bends: all_bend || bending.concerns(raw),
             repeated: raw.unit != 0 || outline.governing(raw.control).any(|c| c.loops),
             kind,

@@ -10,22 +10,10 @@ use glam::DVec3;
 
 use super::analysis::{Analysis, Refusal};
 use super::instrument;
+use super::records::{Frame, frames};
 use super::source::{Edit, Sources};
 use crate::plain::{PlainScene, quoted};
 use crate::{PovRay, patiently};
-
-/// POV-Ray calls an extent without end ±1e10.
-const ENDLESS: f64 = 9e9;
-
-/// Extents are kept in single precision, a corner and a length each, and are
-/// moved and turned as such: this share of the largest coordinate covers it.
-const ROUNDING: f64 = 2e-6;
-
-/// And this, what is written with twelve digits behind the point.
-const LEAST: f64 = 1e-9;
-
-/// Lights' centres are known to this share of their coordinates.
-const LIGHT_TOLERANCE: f64 = 1e-6;
 
 /// What a copy may take that parses for ever: so much, and so much a frame.
 const PARSE_LIMIT: (Duration, Duration) = (Duration::from_secs(120), Duration::from_secs(5));
@@ -58,10 +46,12 @@ pub struct Placed {
     pub statement: usize,
     /// Where it is.
     pub extent: Extent,
+    /// Is it a ball? Then the extent is its box.
+    pub round: bool,
 }
 
 /// What is where in a frame. A statement in a loop or a macro makes any number
-/// of objects, none included.
+/// of objects, none included; a union may be several, its parts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameBoxes {
     /// The frame's number.
@@ -144,7 +134,7 @@ pub fn boxes(
         Err(other) => return Err(other),
     };
     let expected: Vec<u32> = (first..=last).step_by(scene.frames.step as usize).collect();
-    let frames = said.lines().collect::<Reading>().frames;
+    let frames = frames(&said);
     let numbers: Vec<u32> = frames.iter().map(|frame| frame.boxes.frame).collect();
     if numbers != expected || frames.iter().any(|frame| !frame.whole) {
         return Ok(refused(
@@ -265,134 +255,6 @@ fn error(stderr: &str) -> String {
         .join(" ")
 }
 
-/// A frame as it is read.
-#[derive(Default)]
-struct Frame {
-    boxes: FrameBoxes,
-    cameras: usize,
-    whole: bool,
-}
-
-/// All frames as they are read; what cannot be read leaves its frame not whole.
-#[derive(Default)]
-struct Reading {
-    frames: Vec<Frame>,
-}
-
-impl<'l> FromIterator<&'l str> for Reading {
-    fn from_iter<I: IntoIterator<Item = &'l str>>(lines: I) -> Self {
-        let mut reading = Self::default();
-        let mut broken = false;
-        for line in lines {
-            let mut words = line.split_whitespace();
-            let kind = words.next().unwrap_or_default();
-            let words: Vec<&str> = words.collect();
-            if kind == "F" {
-                broken = false;
-                let frame = words.first().and_then(|n| n.parse().ok());
-                reading.frames.push(Frame::default());
-                if let (Some(frame), Some(last)) = (frame, reading.frames.last_mut()) {
-                    last.boxes.frame = frame;
-                    // No camera is POV-Ray's own.
-                    last.boxes.camera = Some(Vec::new());
-                }
-                continue;
-            }
-            let Some(frame) = reading.frames.last_mut() else {
-                continue;
-            };
-            broken |= frame.read(kind, &words).is_none();
-            frame.whole = kind == "E" && !broken;
-        }
-        reading
-    }
-}
-
-impl Frame {
-    fn read(&mut self, kind: &str, words: &[&str]) -> Option<()> {
-        match kind {
-            "O" | "P" => {
-                let statement = words.first()?.parse().ok()?;
-                let points = vectors(&words[1..])?;
-                let extent = match *points.as_slice() {
-                    [min, max] => extent(min, max),
-                    [min, max, ..] => plane(&points[2..])
-                        .filter(|_| is_endless(min, max))
-                        .unwrap_or_else(|| extent(min, max)),
-                    _ => return None,
-                };
-                self.boxes.objects.push(Placed { statement, extent });
-            }
-            "L" => {
-                let points = vectors(words.get(1..)?)?;
-                let [a, b] = points[..] else { return None };
-                if a.is_finite()
-                    && (a - b).abs().max_element() <= LIGHT_TOLERANCE * (1.0 + b.length())
-                {
-                    self.boxes.lights.push(b);
-                } else {
-                    // Too far away, or out of shape.
-                    self.boxes.lost_light = true;
-                }
-            }
-            "C" => {
-                self.cameras += 1;
-                if self.cameras > 1 || words.contains(&"?") {
-                    self.boxes.camera = None;
-                }
-                if let Some(camera) = &mut self.boxes.camera {
-                    for word in words.chunks(4) {
-                        let value = *vectors(word.get(1..)?)?.first()?;
-                        camera.push((word[0].to_owned(), value));
-                    }
-                }
-            }
-            "E" => {}
-            _ => return None,
-        }
-        Some(())
-    }
-}
-
-fn vectors(words: &[&str]) -> Option<Vec<DVec3>> {
-    let numbers: Vec<f64> = words
-        .iter()
-        .map(|word| word.parse().ok())
-        .collect::<Option<_>>()?;
-    let whole = numbers.len().is_multiple_of(3);
-    whole.then(|| numbers.chunks(3).map(DVec3::from_slice).collect())
-}
-
-fn is_endless(min: DVec3, max: DVec3) -> bool {
-    let largest = min.abs().max_element().max(max.abs().max_element());
-    // What is not a number has no end either.
-    !(largest < ENDLESS && min.is_finite() && max.is_finite())
-}
-
-fn extent(min: DVec3, max: DVec3) -> Extent {
-    if is_endless(min, max) {
-        return Extent::Endless;
-    }
-    let largest = min.abs().max_element().max(max.abs().max_element());
-    let room = DVec3::splat(largest * ROUNDING + LEAST);
-    Extent::Box {
-        min: min - room,
-        max: max + room,
-    }
-}
-
-/// Three rays along the axes: where they hit, and the normal there (none: 0).
-fn plane(rays: &[DVec3]) -> Option<Extent> {
-    let mut hits = rays
-        .chunks(2)
-        .filter(|hit| hit.len() == 2 && hit[1].length() > 0.5);
-    let hit = hits.next()?;
-    Some(Extent::Plane {
-        point: hit[0],
-        normal: hit[1].normalize(),
-    })
-}
-
 fn refusal(analysis: &Analysis, sources: &Sources, statement: usize, reason: &str) -> Refusal {
     let statement = analysis.statements.get(statement);
     let file = statement.and_then(|s| sources.files.get(s.file));
@@ -463,36 +325,6 @@ fn unsteady(analysis: &Analysis, sources: &Sources, frames: &[FrameBoxes]) -> Ve
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Vec<Frame> {
-        text.lines().collect::<Reading>().frames
-    }
-
-    #[test]
-    fn records_are_read() {
-        let frames = read(
-            "F 3\nO 0 -1 -1 -1 1 1 2\nL 2 1 2 3 1 2 3\nC location 0 1 2 angle 40 40 40\n\
-             P 1 -1e10 -1e10 -1e10 1e10 1e10 1e10 0 0 0 0 0 0 1 5 1 0 1 0 0 0 0 0 0 0\nE\nF 4\nE\n",
-        );
-        assert!(frames.iter().all(|frame| frame.whole));
-        let frame = &frames[0].boxes;
-        assert_eq!(
-            (frame.frame, frame.lights.as_slice()),
-            (3, &[DVec3::new(1.0, 2.0, 3.0)][..])
-        );
-        let camera = frame.camera.as_ref().expect("it is plain");
-        assert_eq!(camera[1], ("angle".into(), DVec3::splat(40.0)));
-        let Extent::Box { min, max } = frame.objects[0].extent else {
-            panic!("it has an end")
-        };
-        assert!(min.z < -1.0 && max.z > 2.0 && max.z < 2.0001);
-        let plane = Extent::Plane {
-            point: DVec3::new(1.0, 5.0, 1.0),
-            normal: DVec3::Y,
-        };
-        assert_eq!(frame.objects[1].extent, plane);
-        assert_eq!(frames[1].boxes.camera, Some(Vec::new()));
-    }
-
     #[test]
     fn one_pixel_is_one_pixel() {
         let folder = tempfile::tempdir().unwrap();
@@ -511,28 +343,5 @@ mod tests {
         };
         assert_eq!(pixels((80, 60)), "1");
         assert_eq!(pixels((80, 1)), "1");
-    }
-
-    #[test]
-    fn what_cannot_be_read_is_not_whole() {
-        for text in [
-            "F 1\nO 0 1 2\nE\n",
-            "F 1\nO 0 nan x 0 0 0 0\nE\n",
-            "F 1\n",
-            "F 1\nQ\nE\n",
-        ] {
-            assert!(!read(text)[0].whole, "{text}");
-        }
-        assert_eq!(
-            read("F 1\nO 0 nan 0 0 0 0 0\nE\n")[0].boxes.objects[0].extent,
-            Extent::Endless
-        );
-        assert_eq!(read("F 1\nC ?\nE\n")[0].boxes.camera, None);
-        assert_eq!(
-            read("F 1\nC up 0 1 0\nC up 0 1 0\nE\n")[0].boxes.camera,
-            None
-        );
-        assert!(read("F 1\nL 0 1 2 3 1 2 4\nE\n")[0].boxes.lost_light);
-        assert!(!read("F 1\nL 0 1 2 3 1 2 3\nE\n")[0].boxes.lost_light);
     }
 }

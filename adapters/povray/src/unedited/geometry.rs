@@ -32,7 +32,6 @@ pub struct Geometry {
     still: Vec<Still>,
     lights: Vec<DVec3>,
     moving: Vec<bool>,
-    round: Vec<bool>,
     /// Where still things mirror or bend rays.
     bent: Blocks,
     /// Where shadows can fall on a still thing.
@@ -68,7 +67,6 @@ impl Geometry {
             still: Vec::new(),
             lights: first.lights.clone(),
             moving,
-            round: look.iter().map(|s| s.round).collect(),
             bent: Blocks::none(grid),
             receivers: Blocks::none(grid),
             endless: false,
@@ -103,10 +101,7 @@ impl Geometry {
             return Blocks::all(self.grid);
         }
         let moved = frame.objects.iter().filter(|o| self.moves(o.statement));
-        let solids = moved.map(|object| {
-            let is_round = self.round.get(object.statement).is_some_and(|is| *is);
-            Solid::of(&object.extent, is_round)
-        });
+        let solids = moved.map(Solid::of);
         match solids.collect::<Option<Vec<Solid>>>() {
             Some(solids) => self.touched_by(&solids),
             None => Blocks::all(self.grid),

@@ -22,7 +22,6 @@ fn statement(kind: &str, moves: bool, bends: bool) -> Statement {
         moves,
         why: String::new(),
         bends,
-        round: false,
         repeated: false,
     }
 }
@@ -48,7 +47,11 @@ fn words(list: &[(&str, DVec3)]) -> Option<Vec<(String, DVec3)>> {
 
 fn placed(statement: usize, min: DVec3, max: DVec3) -> Placed {
     let extent = Extent::Box { min, max };
-    Placed { statement, extent }
+    Placed {
+        statement,
+        extent,
+        round: false,
+    }
 }
 
 /// A floor, a light, a camera that looks down on them; a small box moves.
@@ -64,6 +67,7 @@ fn scene(at: DVec3) -> FrameBoxes {
             Placed {
                 statement: 1,
                 extent: floor,
+                round: false,
             },
         ],
         lights: vec![DVec3::new(3.0, 6.0, -2.0)],
@@ -154,6 +158,7 @@ fn mirrors_are_dirty_and_endless_ones_refused() {
     frame.objects.push(Placed {
         statement: 2,
         extent: Extent::Endless,
+        round: false,
     });
     let refused = Geometry::new(GRID, &analysis(), &frame).unwrap_err();
     assert!(refused.contains("without end"), "{refused}");
@@ -216,7 +221,7 @@ proptest! {
         frame.lights = vec![DVec3::from(light)];
         let shade = centre + (centre - frame.lights[0]) * far;
         frame.objects[1] = if endless {
-            Placed { statement: 1, extent: Extent::Endless }
+            Placed { statement: 1, extent: Extent::Endless, round: false }
         } else {
             placed(1, shade - 0.01, shade + 0.01)
         };

@@ -60,8 +60,7 @@ fn merged(analysis: &Analysis, group: &[FrameBoxes]) -> Option<Merged> {
         if !moves.is_none_or(|statement| statement.moves) {
             continue;
         }
-        let is_round = moves.is_some_and(|statement| statement.round);
-        let solid = Solid::of(&object.extent, is_round)?;
+        let solid = Solid::of(object)?;
         let which = count.entry(object.statement).or_default();
         boxes.insert((object.statement, *which), vec![solid]);
         *which += 1;
@@ -100,6 +99,7 @@ mod tests {
                 min: DVec3::splat(*at),
                 max: DVec3::splat(at + side),
             },
+            round: false,
         };
         FrameBoxes {
             frame,

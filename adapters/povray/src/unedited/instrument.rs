@@ -10,7 +10,9 @@ use std::fmt::Write as _;
 use super::analysis::{Kind, Statement};
 use super::lex::{Kind as TokenKind, Token};
 use super::outline::Raw;
+use super::parts::{Part, Parts};
 use super::refuse::Scene;
+use super::solid::is_round;
 use super::source::Edit;
 
 /// The radius of the sphere that a light is made to look like: its chords tell
@@ -87,13 +89,13 @@ pub struct Edits {
 /// The definitions of an instrumented copy, which writes to `file` (in POV-Ray's
 /// quotes): a line a frame, a statement, a light, a camera.
 pub fn definitions(prefix: &str, file: &str) -> String {
-    // @ begins added names. @D: objects. @P: planes, whose extents have no end,
+    // @ begins added names. @D: objects, and by small letters their parts. @P: planes, whose extents have no end,
     // by three rays. @L: lights, by the middles of chords, and again from there.
     const TEXT: &str = r#"
 #fopen @F "" append
 #write(@F,"F ",str(frame_number,0,0),"\n")
 #macro @V(@a) #write(@F," ",vstr(3,@a," ",0,12)) #end
-#macro @D(@k,@o) #write(@F,"O ",@k) @V(min_extent(@o)) @V(max_extent(@o)) #write(@F,"\n") #end
+#macro @D(@r,@k,@o) #write(@F,@r," ",@k) @V(min_extent(@o)) @V(max_extent(@o)) #write(@F,"\n") #end
 #macro @T(@o,@d) #local @s=<17.3,23.7,31.1>-@d*5e5; #local @m=<0,0,0>; #local @h=trace(@o,@s,@d,@m); @V(@h) @V(@m) #end
 #macro @P(@k,@o) #write(@F,"P ",@k) @V(min_extent(@o)) @V(max_extent(@o)) @T(@o,x) @T(@o,y) @T(@o,z) #write(@F,"\n") #end
 #macro @M(@o,@s,@d) ((trace(@o,@s,@d)+trace(@o,@s,-@d))/2) #end
@@ -124,13 +126,18 @@ impl Edits {
         for (file, range) in scene.placing.values_reaching_mixed(scene.outline) {
             making.count(file, &range);
         }
+        let mut parts = Parts::of(scene);
         for (index, (statement, raw)) in scene.parts().enumerate() {
             match &statement.kind {
-                Kind::Object(word) => making.object(index, statement, raw, word == "plane"),
+                Kind::Object(word) => {
+                    let told = statement.moves.then(|| parts.parts(raw)).flatten();
+                    making.object(index, statement, raw, word == "plane", told);
+                }
                 Kind::Light => making.light(index, statement, raw),
                 Kind::Camera => making.camera(statement, raw),
             }
         }
+        making.measuring.0.extend(parts.edits);
         if !keeps_bounds(scene) {
             making.unbind();
         }
@@ -172,14 +179,34 @@ impl Making<'_, '_, '_> {
         }
     }
 
-    fn object(&mut self, index: usize, statement: &Statement, raw: &Raw<'_>, plane: bool) {
+    fn object(
+        &mut self,
+        index: usize,
+        statement: &Statement,
+        raw: &Raw<'_>,
+        plane: bool,
+        told: Option<(Vec<Part>, String)>,
+    ) {
         let (prefix, file) = (self.prefix, statement.file);
         let (start, end) = (statement.range.start, statement.range.end);
         let mixed = self.scene.placing.is_mixed(raw.unit);
         let counts = self.scene.placing.reach_mixed(&raw.words);
-        let record = if plane { "P" } else { "D" };
         let name = format!("{prefix}v{index}");
-        let log = modern(prefix, &format!("{prefix}{record}(\"{index}\",{name})"));
+        let log = |kind: &str, name: &str| format!("{prefix}D(\"{kind}\",\"{index}\",{name})");
+        let mut logs = match () {
+            () if plane => format!("{prefix}P(\"{index}\",{name})"),
+            () if is_round(self.scene.outline, file, &raw.tokens) => log("R", &name),
+            () => log("O", &name),
+        };
+        let mut moving = String::new();
+        if let Some((parts, behind)) = told {
+            moving = behind;
+            for part in parts {
+                logs.push(' ');
+                logs.push_str(&log(if part.round { "r" } else { "o" }, &part.name));
+            }
+        }
+        let log = format!("{moving} {}", modern(prefix, &logs));
 
         let (mut before, mut after) = (format!(" #declare {name}="), String::from(" "));
         if counts {
@@ -286,7 +313,7 @@ impl Making<'_, '_, '_> {
 pub const SHAPED: &[&str] = &["area_light", "parallel", "projected_through", "looks_like"];
 
 /// May the token be read twice, or not at all?
-fn is_plain(scene: &Scene<'_, '_>, token: &Token<'_>) -> bool {
+pub(super) fn is_plain(scene: &Scene<'_, '_>, token: &Token<'_>) -> bool {
     match token.kind {
         TokenKind::Directive => false,
         TokenKind::Word => token.text != "rand" && !scene.outline.called.contains_key(token.text),

@@ -1,11 +1,13 @@
 //! What stands for an object that moves: its box, or its ball where the text says
 //! that it is one. A ball's box shows, shades and is mirrored nearly twice as much.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
-use super::boxes::Extent;
+use super::boxes::{Extent, Placed};
 use super::lex::Kind;
-use super::outline::{Outline, Raw};
+use super::outline::Outline;
 
 /// Twice POV-Ray's own tolerance.
 const AROUND: f64 = 2e-3;
@@ -20,7 +22,7 @@ const UNEVEN: f64 = 1e-5;
 const GROWTH: f64 = 1.05;
 
 /// Words behind which a sphere may be none, or its box not that of a sphere.
-const RESHAPING: &[&str] = &["scale", "matrix", "transform", "clipped_by", "bounded_by"];
+pub(super) const RESHAPING: &[&str] = &["scale", "matrix", "transform", "clipped_by", "bounded_by"];
 
 /// A box, or a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,21 +33,21 @@ pub(super) enum Solid {
     Ball { centre: DVec3, radius: f64 },
 }
 
-/// Is the statement a sphere that is only moved and turned? Then its box tells which.
-pub(super) fn is_round(outline: &Outline<'_>, raw: &Raw<'_>) -> bool {
-    if raw.keyword != "sphere" {
+/// Are these tokens a sphere that is only moved and turned? Then its box tells which.
+pub(super) fn is_round(outline: &Outline<'_>, file: usize, range: &Range<usize>) -> bool {
+    let tokens = &outline.tokens[file];
+    let list = &tokens.list[range.clone()];
+    if list.first().is_none_or(|first| first.text != "sphere") {
         return false;
     }
-    let tokens = &outline.tokens[outline.units[raw.unit].file];
-    let list = &tokens.list[raw.tokens.clone()];
     let is_macro = |text: &str| outline.called.contains_key(text);
     let plain = |kind: Kind, text: &str| kind != Kind::Directive && !is_macro(text);
     if list.iter().any(|token| !plain(token.kind, token.text)) {
         return false;
     }
     // Within its own braces: what a texture's do is nothing to it.
-    let mut at = raw.tokens.start + 2;
-    while at + 1 < raw.tokens.end {
+    let mut at = range.start + 2;
+    while at + 1 < range.end {
         let token = tokens.list[at];
         if token.kind == Kind::Word && RESHAPING.contains(&token.text) {
             return false;
@@ -56,9 +58,9 @@ pub(super) fn is_round(outline: &Outline<'_>, raw: &Raw<'_>) -> bool {
 }
 
 impl Solid {
-    /// What is within this extent; `None` where it has no end.
-    pub(super) fn of(extent: &Extent, is_round: bool) -> Option<Self> {
-        let Extent::Box { min, max } = *extent else {
+    /// What is placed there; `None` where it has no end.
+    pub(super) fn of(placed: &Placed) -> Option<Self> {
+        let Extent::Box { min, max } = placed.extent else {
             return None;
         };
         if !(min.is_finite() && max.is_finite()) {
@@ -67,7 +69,7 @@ impl Solid {
         let sides = max - min;
         let uneven = sides.max_element() - sides.min_element();
         let largest = min.abs().max(max.abs()).max_element();
-        if is_round && sides.min_element() > 0.0 && uneven <= UNEVEN * largest {
+        if placed.round && sides.min_element() > 0.0 && uneven <= UNEVEN * largest {
             return Some(Self::Ball {
                 centre: (min + max) / 2.0,
                 radius: sides.max_element() / 2.0 + uneven,
@@ -184,6 +186,7 @@ mod tests {
 
     use super::*;
     use crate::plain::PlainScene;
+    use crate::unedited::outline::Item;
     use crate::unedited::{Options, Sources, analyse};
     use crate::{PovRay, unedited};
 
@@ -222,9 +225,12 @@ mod tests {
             ("box { V, 9 }", false),
             ("union { sphere { V, 1 } }", false),
         ] {
-            let (.., analysis) = look(&format!("{before}{text}"));
-            let found = analysis.statements.last().map(|s| s.round);
-            assert_eq!(found, Some(round), "{text}");
+            let (.., sources, _) = look(&format!("{before}{text}"));
+            let outline = Outline::of(&sources);
+            let Some(Item::Statement(raw)) = outline.units[0].items.last() else {
+                panic!("{text}")
+            };
+            assert_eq!(is_round(&outline, 0, &raw.tokens), round, "{text}");
         }
     }
 
@@ -244,7 +250,7 @@ mod tests {
                     glam::DQuat::from_axis_angle(*axis, degrees.to_radians()) * p
                 });
             let at = turned + DVec3::new(-300.0, 7.0, 0.0);
-            let solid = Solid::of(&frame.objects[0].extent, analysis.statements[0].round);
+            let solid = Solid::of(&frame.objects[0]);
             let Some(Solid::Ball { centre, radius }) = solid else {
                 panic!("{solid:?}")
             };
@@ -258,19 +264,26 @@ mod tests {
 
     #[test]
     fn what_is_not_even_is_a_box() {
+        let solid = |extent, round| {
+            Solid::of(&Placed {
+                statement: 0,
+                extent,
+                round,
+            })
+        };
         let extent = |max| Extent::Box {
             min: DVec3::ZERO,
             max,
         };
-        let ball = Solid::of(&extent(DVec3::ONE), true);
+        let ball = solid(extent(DVec3::ONE), true);
         assert!(matches!(ball, Some(Solid::Ball { .. })));
         let tall = extent(DVec3::new(1.0, 1.1, 1.0));
-        for (extent, is_round) in [(extent(DVec3::ONE), false), (tall, true)] {
-            let solid = Solid::of(&extent, is_round);
+        for (extent, round) in [(extent(DVec3::ONE), false), (tall, true)] {
+            let solid = solid(extent, round);
             assert!(matches!(solid, Some(Solid::Box { .. })), "{extent:?}");
         }
-        assert_eq!(Solid::of(&Extent::Endless, true), None);
-        assert_eq!(Solid::of(&extent(DVec3::NAN), true), None);
+        assert_eq!(solid(Extent::Endless, true), None);
+        assert_eq!(solid(extent(DVec3::NAN), true), None);
     }
 
     fn holds(solid: &Solid, point: DVec3) -> bool {
