@@ -452,6 +452,18 @@ const APART: &[(&str, &str)] = &[
          #declare A = union { sphere { -9*x, 1 } sphere { 9*x, 1 } } M(A) object { A translate clock }",
         "sphere { 0, 5 translate clock }",
     ),
+    // Spheres of a negative radius are seen.
+    (
+        "union { sphere { 5*clock*x, -1 } sphere { -20*x, 2 } sphere { 20*x, 2 } translate y }",
+        "sphere { 5*clock*x + y, 1 } sphere { -20*x + y, 2 } sphere { 20*x + y, 2 }",
+    ),
+    // More in a frame than are asked for.
+    (
+        "#declare A = union { sphere { -9*x, 1 } sphere { 9*x, 1 } }\n\
+         #for (I, 1, 2049) object { A translate <0, I, clock> } #end",
+        "#for (I, 1, 2048) sphere { <-9, I, clock>, 1 } sphere { <9, I, clock>, 1 } #end\n\
+         object { union { sphere { <-9, 2049, clock>, 1 } sphere { <9, 2049, clock>, 1 } } }",
+    ),
     // What may not be read twice.
     (
         "#declare R = seed(7); union { sphere { -9*x, 1 } sphere { 9*x, 1 } translate rand(R)*clock }",

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use super::analysis::{Kind, Statement};
 use super::lex::{Kind as TokenKind, Token};
 use super::outline::Raw;
-use super::parts::{Part, Parts};
+use super::parts::{MOST_IN_A_FRAME, Part, Parts};
 use super::refuse::Scene;
 use super::solid::is_round;
 use super::source::Edit;
@@ -102,6 +102,7 @@ pub fn definitions(prefix: &str, file: &str) -> String {
 #macro @C(@o,@s) <vdot(@M(@o,@s,x),x),vdot(@M(@o,@s,y),y),vdot(@M(@o,@s,z),z)> #end
 #macro @L(@k,@o) #local @a=@C(@o,<0,0,0>); #local @b=@C(@o,@a); #write(@F,"L ",@k) @V(@a) @V(@b) #write(@F,"\n") #end
 #declare @n=0;
+#declare @c=0;
 "#;
     let text = TEXT.replace('@', prefix);
     let text = text.replace("\"\" append", &format!("\"{file}\" append"));
@@ -193,20 +194,20 @@ impl Making<'_, '_, '_> {
         let counts = self.scene.placing.reach_mixed(&raw.words);
         let name = format!("{prefix}v{index}");
         let log = |kind: &str, name: &str| format!("{prefix}D(\"{kind}\",\"{index}\",{name})");
-        let mut logs = match () {
+        let whole = match () {
             () if plane => format!("{prefix}P(\"{index}\",{name})"),
             () if is_round(self.scene.outline, file, &raw.tokens) => log("R", &name),
             () => log("O", &name),
         };
-        let mut moving = String::new();
-        if let Some((parts, behind)) = told {
-            moving = behind;
-            for part in parts {
-                logs.push(' ');
-                logs.push_str(&log(if part.round { "r" } else { "o" }, &part.name));
-            }
-        }
-        let log = format!("{moving} {}", modern(prefix, &logs));
+        let told = told.map(|(parts, moving)| {
+            let kind = |part: &Part| if part.round { "r" } else { "o" };
+            let logs = parts.iter().map(|part| log(kind(part), &part.name));
+            let logs = modern(prefix, &logs.collect::<Vec<_>>().join(" "));
+            let (count, most) = (parts.len(), MOST_IN_A_FRAME - parts.len());
+            let counted = format!("#declare {prefix}c={prefix}c+{count};");
+            format!(" #if({prefix}c<={most}) {counted} {moving} {logs} #end")
+        });
+        let log = modern(prefix, &whole) + &told.unwrap_or_default();
 
         let (mut before, mut after) = (format!(" #declare {name}="), String::from(" "));
         if counts {

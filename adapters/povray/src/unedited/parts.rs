@@ -23,13 +23,17 @@ use super::solid::{RESHAPING, is_round};
 use super::source::Edit;
 use super::values::is_object;
 
-/// A union of more parts is one thing: each part costs time in every pass.
+/// A statement has so many parts at most: each costs time in every pass.
 const MOST_PARTS: usize = 64;
+
+/// And the statements of a frame, so many: beyond, they are one thing each.
+pub(super) const MOST_IN_A_FRAME: usize = 4096;
 
 /// Modifiers that move what they stand behind.
 const MOVING: &[&str] = &["translate", "rotate", "scale", "matrix", "transform"];
 
-/// Modifiers that do not, or that only take something away.
+/// Modifiers that do not, or that only take something away. (With `inverse`, media fill
+/// what is outside.)
 const OTHERS: &[&str] = &[
     "texture",
     "pigment",
@@ -46,7 +50,6 @@ const OTHERS: &[&str] = &[
     "no_reflection",
     "no_radiosity",
     "double_illuminate",
-    "cutaway_textures",
     "split_union",
     "clipped_by",
     "bounded_by",
@@ -87,10 +90,11 @@ pub(super) struct Parts<'p, 's, 'a> {
 
 impl<'p, 's, 'a> Parts<'p, 's, 'a> {
     pub(super) fn of(scene: &'p Scene<'s, 'a>) -> Self {
+        let reach = reach(scene.outline);
         Self {
             scene,
-            values: single_values(scene.outline),
-            reach: reach(scene.outline),
+            values: single_values(scene.outline, &reach),
+            reach,
             named: HashMap::new(),
             edits: Vec::new(),
             count: 0,
@@ -125,7 +129,7 @@ impl<'p, 's, 'a> Parts<'p, 's, 'a> {
             "union" | "merge" => {
                 while at < close && is_object(tokens.list[at].text) {
                     let end = tokens.partner[at + 1];
-                    if !tokens.list[at + 1].is_mark("{") || tokens.list[at].text == "light_group" {
+                    if !tokens.list[at + 1].is_mark("{") {
                         return None;
                     }
                     self.component(unit, at..end + 1, &mut told);
@@ -183,7 +187,9 @@ impl<'p, 's, 'a> Parts<'p, 's, 'a> {
             let range = at..at;
             (ends, Edit { file, range, text })
         };
-        if let Some(inner) = self.told(unit, range.clone()) {
+        let inner = self.told(unit, range.clone());
+        let fits = |inner: &Told| told.parts.len() + inner.parts.len() <= MOST_PARTS;
+        if let Some(inner) = inner.filter(fits) {
             told.parts.extend(inner.parts);
             told.edits.extend(inner.edits);
             told.edits.push(edit(true, end, inner.behind + " "));
@@ -229,10 +235,13 @@ impl<'p, 's, 'a> Parts<'p, 's, 'a> {
     }
 }
 
-/// Names that are given an object in one place, and nowhere else mean anything
-/// ([`aliases`](super::aliases) has the same rules); not in macros, which may be
-/// called before the name is used.
-fn single_values<'a>(outline: &Outline<'a>) -> HashMap<&'a str, (usize, Range<usize>)> {
+/// Names that are given an object in one place, and nowhere else mean anything. Not in
+/// macros, nor in files that include themselves: `#local` makes a name there for each
+/// time that they are executed, and the parts have one name for all.
+fn single_values<'a>(
+    outline: &Outline<'a>,
+    reach: &[HashSet<usize>],
+) -> HashMap<&'a str, (usize, Range<usize>)> {
     let params = outline.units.iter().flat_map(|unit| &unit.params);
     let params: HashSet<&str> = params.copied().collect();
     let mut assigned = outline.assignments.iter();
@@ -248,7 +257,8 @@ fn single_values<'a>(outline: &Outline<'a>) -> HashMap<&'a str, (usize, Range<us
         let unit = &outline.units[assignment.unit];
         let tokens = &outline.tokens[unit.file];
         let (name, start) = (assignment.name, assignment.token + 2);
-        let own = count[name] == 1 && !unit.is_macro && !params.contains(name);
+        let once = !unit.is_macro && !reach[assignment.unit].contains(&assignment.unit);
+        let own = count[name] == 1 && once && !params.contains(name);
         let declared = assignment.token.checked_sub(1).is_some_and(|before| {
             let before = &tokens.list[before];
             before.is_directive("declare") || before.is_directive("local")
@@ -263,8 +273,9 @@ fn single_values<'a>(outline: &Outline<'a>) -> HashMap<&'a str, (usize, Range<us
     found
 }
 
-/// The transformations among a union's modifiers, in order, each with its word;
-/// `None` where there is anything else than modifiers that may be read twice.
+/// The transformations among a union's modifiers, in order, each with its word; `None`
+/// where there is anything that may not be read twice. A modifier's text goes on to the
+/// next one that is known: what is not known is read again with it.
 fn transformations<'a>(
     scene: &Scene<'_, 'a>,
     file: usize,

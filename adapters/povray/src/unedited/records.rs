@@ -170,10 +170,12 @@ fn is_endless(min: DVec3, max: DVec3) -> bool {
     !(largest < ENDLESS && min.is_finite() && max.is_finite())
 }
 
-fn extent(min: DVec3, max: DVec3) -> Extent {
-    if is_endless(min, max) {
+fn extent(a: DVec3, b: DVec3) -> Extent {
+    if is_endless(a, b) {
         return Extent::Endless;
     }
+    // A sphere of a negative radius is one, and its box is the wrong way round.
+    let (min, max) = (a.min(b), a.max(b));
     let largest = min.abs().max_element().max(max.abs().max_element());
     let room = DVec3::splat(largest * ROUNDING + LEAST);
     Extent::Box {
@@ -222,6 +224,11 @@ mod tests {
         };
         assert_eq!(frame.objects[1].extent, plane);
         assert_eq!(frames[1].boxes.camera, Some(Vec::new()));
+        let turned = &super::frames("F 1\nO 0 1 1 1 -1 -1 -2\nE\n")[0].boxes;
+        assert_eq!(
+            turned.objects[0].extent,
+            extent(DVec3::new(-1.0, -1.0, -2.0), DVec3::ONE)
+        );
     }
 
     #[test]

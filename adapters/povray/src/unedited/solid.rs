@@ -6,8 +6,8 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::boxes::{Extent, Placed};
-use super::lex::Kind;
-use super::outline::Outline;
+use super::lex::{Kind, Token};
+use super::outline::{Outline, Tokens};
 
 /// Twice POV-Ray's own tolerance.
 const AROUND: f64 = 2e-3;
@@ -45,6 +45,9 @@ pub(super) fn is_round(outline: &Outline<'_>, file: usize, range: &Range<usize>)
     if list.iter().any(|token| !plain(token.kind, token.text)) {
         return false;
     }
+    if is_named(tokens, range) {
+        return false;
+    }
     // Within its own braces: what a texture's do is nothing to it.
     let mut at = range.start + 2;
     while at + 1 < range.end {
@@ -55,6 +58,19 @@ pub(super) fn is_round(outline: &Outline<'_>, file: usize, range: &Range<usize>)
         at = tokens.partner[at].max(at) + 1;
     }
     true
+}
+
+/// `sphere { S … }` with an object's name, or an element of an array of them: it is that
+/// object, whatever it is. A centre has a number, an operator or a comma behind it.
+fn is_named(tokens: &Tokens<'_>, range: &Range<usize>) -> bool {
+    let first = range.start + 2;
+    let mut behind = first + 1;
+    while behind < range.end && tokens.list[behind].is_mark("[") {
+        behind = tokens.partner[behind] + 1;
+    }
+    let ends = |token: &Token<'_>| token.kind == Kind::Word || token.is_mark("}");
+    let is_word = tokens.list.get(first).is_some_and(|t| t.kind == Kind::Word);
+    is_word && tokens.list.get(behind).is_none_or(ends)
 }
 
 impl Solid {
@@ -203,7 +219,8 @@ mod tests {
 
     #[test]
     fn spheres_that_are_only_moved_are_round() {
-        let before = "#declare V = <clock, 1, 2>; #macro M(A) scale A #end\n";
+        let before = "#declare V = <clock, 1, 2>; #macro M(A) scale A #end\n\
+                      #declare B = box { 0, 1 } #declare Many = array[3];\n";
         for (text, round) in [
             ("sphere { V, .5 }", true),
             (
@@ -222,6 +239,11 @@ mod tests {
             ("sphere { V, 1 #if (clock > .5) rotate x #end }", false),
             ("sphere { V, 1 clipped_by { plane { y, 1 } } }", false),
             ("sphere { V, 1 bounded_by { box { -9, 9 } } }", false),
+            ("sphere { B translate V }", false),
+            ("sphere { B }", false),
+            ("sphere { Many[1] rotate V }", false),
+            ("sphere { Many[2], 1 rotate V }", true),
+            ("sphere { V * 2 1 }", true),
             ("box { V, 9 }", false),
             ("union { sphere { V, 1 } }", false),
         ] {
