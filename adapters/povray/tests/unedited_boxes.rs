@@ -495,6 +495,26 @@ fn parts_of_unions_are_where_they_are() {
     }
 }
 
+/// `#local` makes a name each time that the file is executed; its parts would be those of
+/// the last time.
+#[test]
+fn unions_of_files_that_include_themselves_stay_whole() {
+    let scene = "#version 3.7;\n#declare N = 1;\n#include \"t.inc\"\n";
+    let file = "#local A = union { sphere { 40*N*x, 1 } sphere { 40*N*x + 9*y, 1 } };\n\
+                #if (N > 0) #declare N = N - 1; #include \"t.inc\" #end\n\
+                object { A translate clock*y }\n";
+    let film = Film::new(&[("a.pov", scene), ("t.inc", file)], &[]);
+    assert_eq!(film.analysis.whole, []);
+    for frame in &film.boxes().frames {
+        let boxes = frame.objects.iter().map(|placed| match placed.extent {
+            Extent::Box { min, max } => (min.x.round(), max.x.round(), (max.y - min.y).round()),
+            other => panic!("{other:?}"),
+        });
+        let boxes: Vec<_> = boxes.collect();
+        assert_eq!(boxes, [(-1.0, 1.0, 11.0), (39.0, 41.0, 11.0)]);
+    }
+}
+
 #[test]
 fn what_moves_can_be_taken_away() {
     let film = Film::new(&[("a.pov", ROOM), ("sub/parts.inc", PARTS)], &[]);
