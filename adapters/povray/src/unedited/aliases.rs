@@ -1,17 +1,15 @@
 //! Names that stand for one expression of numbers and the clock: `#declare T = clock*4;`.
 //!
-//! A name is one where it is given a value in a single place, and nowhere else means
-//! anything. Then whatever stands there is, wherever it is used, the value of that
-//! expression: a use before it, or where a condition left it out, is an error, and
-//! no picture. Where a macro gives one of its parameters a value there are no such
-//! names: it may be any that it is called with.
+//! A name is one where it is given a value in a single place ([`Outline::single`]). Then
+//! whatever stands there is, wherever it is used, the value of that expression: a use
+//! before it, or where a condition left it out, is an error, and no picture.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use super::expression::{Names, read};
 use super::lex::Kind;
-use super::outline::Outline;
+use super::outline::{Assignment, Outline};
 use super::steps::text;
 
 /// Names of expressions.
@@ -30,49 +28,30 @@ pub(super) struct Aliases<'a> {
 impl<'a> Aliases<'a> {
     /// Those of a scene.
     pub fn of(outline: &Outline<'a>) -> Self {
-        let mut count: HashMap<&str, usize> = HashMap::new();
-        for assignment in &outline.assignments {
-            // `#undef` is one, too.
-            *count.entry(assignment.name).or_default() += 1;
-        }
-        let params = outline.units.iter().flat_map(|unit| &unit.params);
-        let other: HashSet<&str> = params.copied().collect();
+        let mut single = outline.single();
+        single.retain(|assignment| !outline.called.contains_key(assignment.name));
         let mut found = Self::default();
-        // What a macro is called with may get another value in it.
-        let by_reference = outline.assignments.iter();
-        if by_reference
-            .map(|a| a.name)
-            .any(|name| other.contains(name))
-        {
-            return found;
-        }
         // A name may be made of others, whatever their order.
-        while found.add(outline, |name| {
-            count[name] == 1 && !outline.called.contains_key(name)
-        }) {}
+        while found.add(outline, &single) {}
         found
     }
 
     /// Adds names whose values are made of known ones; is there any?
-    fn add(&mut self, outline: &Outline<'a>, is_single: impl Fn(&str) -> bool) -> bool {
+    fn add(&mut self, outline: &Outline<'a>, single: &[&Assignment<'a>]) -> bool {
         let before = self.values.len();
-        for assignment in &outline.assignments {
+        for assignment in single {
             let name = assignment.name;
-            if self.values.contains_key(name) || !is_single(name) {
+            if self.values.contains_key(name) {
                 continue;
             }
             let file = outline.units[assignment.unit].file;
             let list = &outline.tokens[file].list;
             let start = assignment.token + 2;
-            let declared = assignment.token.checked_sub(1).is_some_and(|before| {
-                list[before].is_directive("declare") || list[before].is_directive("local")
-            });
-            let is_set = list.get(start - 1).is_some_and(|token| token.is_mark("="));
             let length = list
                 .iter()
                 .skip(start)
                 .position(|token| token.is_mark(";") || token.kind == Kind::Directive);
-            let Some(length) = length.filter(|_| declared && is_set) else {
+            let Some(length) = length else {
                 continue;
             };
             let end = start + length;

@@ -304,6 +304,31 @@ impl<'a> Outline<'a> {
         })
     }
 
+    /// Names that are given a value by `#declare` or `#local` in a single place, and
+    /// nowhere else mean anything. Where a macro gives one of its parameters a value there
+    /// are none: it may be any name that it is called with.
+    pub fn single(&self) -> Vec<&Assignment<'a>> {
+        let params = self.units.iter().flat_map(|unit| &unit.params);
+        let params: HashSet<&str> = params.copied().collect();
+        let mut count: HashMap<&str, usize> = HashMap::new();
+        for assignment in &self.assignments {
+            if params.contains(assignment.name) {
+                return Vec::new();
+            }
+            // `#undef` is one, too.
+            *count.entry(assignment.name).or_default() += 1;
+        }
+        let is_single = |assignment: &&Assignment<'a>| {
+            let list = &self.tokens[self.units[assignment.unit].file].list;
+            let declared = assignment.token.checked_sub(1).is_some_and(|before| {
+                list[before].is_directive("declare") || list[before].is_directive("local")
+            });
+            let set = list.get(assignment.token + 1);
+            count[assignment.name] == 1 && declared && set.is_some_and(|t| t.is_mark("="))
+        };
+        self.assignments.iter().filter(is_single).collect()
+    }
+
     /// The bytes of a statement.
     pub fn bytes(&self, raw: &Raw<'_>) -> Range<usize> {
         let tokens = &self.tokens[self.units[raw.unit].file].list;

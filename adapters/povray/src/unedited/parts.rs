@@ -235,37 +235,21 @@ impl<'p, 's, 'a> Parts<'p, 's, 'a> {
     }
 }
 
-/// Names that are given an object in one place, and nowhere else mean anything. Not in
+/// Names that stand for one object ([`Outline::single`]). Not those that are made in
 /// macros, nor in files that include themselves: `#local` makes a name there for each
 /// time that they are executed, and the parts have one name for all.
 fn single_values<'a>(
     outline: &Outline<'a>,
     reach: &[HashSet<usize>],
 ) -> HashMap<&'a str, (usize, Range<usize>)> {
-    let params = outline.units.iter().flat_map(|unit| &unit.params);
-    let params: HashSet<&str> = params.copied().collect();
-    let mut assigned = outline.assignments.iter();
-    if assigned.any(|assignment| params.contains(assignment.name)) {
-        return HashMap::new();
-    }
-    let mut count: HashMap<&str, usize> = HashMap::new();
-    for assignment in &outline.assignments {
-        *count.entry(assignment.name).or_default() += 1;
-    }
     let mut found = HashMap::new();
-    for assignment in &outline.assignments {
+    for assignment in outline.single() {
         let unit = &outline.units[assignment.unit];
         let tokens = &outline.tokens[unit.file];
         let (name, start) = (assignment.name, assignment.token + 2);
         let once = !unit.is_macro && !reach[assignment.unit].contains(&assignment.unit);
-        let own = count[name] == 1 && once && !params.contains(name);
-        let declared = assignment.token.checked_sub(1).is_some_and(|before| {
-            let before = &tokens.list[before];
-            before.is_directive("declare") || before.is_directive("local")
-        });
-        let set = tokens.list.get(start - 1).is_some_and(|t| t.is_mark("="));
         let braced = tokens.list.get(start + 1).is_some_and(|t| t.is_mark("{"));
-        if own && declared && set && braced && is_object(tokens.list[start].text) {
+        if once && braced && is_object(tokens.list[start].text) {
             let end = tokens.partner[start + 1] + 1;
             found.insert(name, (assignment.unit, start..end));
         }

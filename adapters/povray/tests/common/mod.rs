@@ -1,6 +1,8 @@
 //! Scenes for the tests that call POV-Ray.
 #![allow(dead_code)]
 
+pub mod unedited;
+
 use std::sync::Arc;
 
 use decor_api::csg::Csg;
